@@ -1,0 +1,17 @@
+"""Multiple kernel tracking: colour-histogram trackers of three papers, small enough to read in an afternoon.
+
+Read in this order: `mkt.regions`, `mkt.kernels`, `mkt.histograms`, `mkt.tracking`; then the material to track, `mkt.scenes` and
+`mkt.datasets`; then how it is judged and drawn, `mkt.evaluation`, `mkt.plotting`, `mkt.figures`.
+
+References
+----------
+[T09] C. Teuliere, E. Marchand, L. Eck: A combination of particle filtering and deterministic approaches for multiple kernel
+tracking.  ICRA 2009.
+
+[N03] K. Nummiaro, E. Koller-Meier, L. Van Gool: An adaptive color-based particle filter.  Image and Vision Computing 21, 2003.
+
+[C14] J. Cordoba, H. Koike, F. Vidal (authors' names as printed there): particle filter with hybrid resampling.  2014.
+"""
+# Nothing is imported here: ``python3 -m mkt`` runs this file before numpy is installed.
+
+__version__ = "0.1.0"

@@ -1,0 +1,98 @@
+"""One door to every figure: the registry that notebook, book, command line and tests share.
+
+``@figure("teuliere2009.fig3", size=(9, 4), span=(0.4, 1.4, 0.1), bins=["hsv", "rgb"])`` registers a drawing function
+``fig3(canvas, *, span=1.0, bins="hsv", ...)``.  Its *defaults are the paper's values*, the decorator's keyword arguments are the
+*sliders*: ``(low, high, step)`` for numbers, a list for choices.  The function draws on the `matplotlib.figure.Figure` it is given
+and returns the numbers that the picture shows, so that a test can measure what a reader sees.
+"""
+
+import importlib
+import inspect
+from dataclasses import dataclass
+from typing import Callable
+
+MODULES = ("teuliere2009", "nummiaro2003")
+_REGISTRY = {}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A registered figure: its identifier ``paper.name``, its function, the size [inch] and its sliders."""
+
+    id: str
+    function: Callable
+    size: tuple[float, float]
+    sliders: dict
+
+    @property
+    def defaults(self):
+        """Every parameter with the value of the paper, dict of name -> value."""
+        parameters = list(inspect.signature(self.function).parameters.values())[1:]
+        return {p.name: p.default for p in parameters}
+
+    @property
+    def title(self):
+        """First sentence of the docstring."""
+        return inspect.getdoc(self.function).split("\n\n")[0].replace("\n", " ")
+
+    @property
+    def caption(self):
+        """What the figure shows, on which data, and where it differs from the printed one: the docstring after its title."""
+        return inspect.getdoc(self.function).partition("\n\n")[2]
+
+    def values(self, name):
+        """All positions of one slider, as a list; the default is always among them."""
+        spec = self.sliders[name]
+        if isinstance(spec, list):
+            return spec
+        low, high, step = spec
+        integer = all(isinstance(v, int) for v in spec)
+        values = {low + i * step if integer else round(low + i * step, 10) for i in range(int(round((high - low) / step)) + 1)}
+        return sorted(values | {self.defaults[name]})
+
+    def draw(self, canvas, **parameters):
+        """Clear a matplotlib Figure and draw on it.
+
+        Returns the dict of numbers that the picture shows.  Raises ValueError naming an unknown parameter and the known ones.
+        """
+        unknown = sorted(set(parameters) - set(self.defaults))
+        if unknown:
+            raise ValueError(f"{self.id} has no parameter {unknown[0]!r}; it takes {', '.join(self.defaults)}")
+        canvas.clear()
+        return self.function(canvas, **(self.defaults | parameters))
+
+
+def figure(id, size=(8.0, 4.0), **sliders):
+    """Decorator: register a drawing function under ``paper.name`` (see the module's text)."""
+
+    def register(function):
+        entry = Entry(id, function, size, sliders)
+        stray = sorted(set(sliders) - set(entry.defaults))
+        if stray or id in _REGISTRY:
+            raise ValueError(f"figure {id}: " + (f"no parameter for slider {stray[0]!r}" if stray else "registered twice"))
+        _REGISTRY[id] = entry
+        return function
+
+    return register
+
+
+def registry():
+    """All figures in the order of the papers, dict of id -> `Entry`."""
+    for module in MODULES:
+        importlib.import_module(f"{__name__}.{module}")
+    return dict(_REGISTRY)
+
+
+def get(id):
+    """The `Entry` of one figure.  Raises KeyError that lists the known ones."""
+    known = registry()
+    if id not in known:
+        raise KeyError(f"no figure {id!r}; there are {', '.join(known)}")
+    return known[id]
+
+
+def new_canvas(entry, dpi=100):
+    """A blank matplotlib Figure of the entry's size, in the style of the book, outside pyplot's list of open figures."""
+    from mkt.plotting import canvas
+
+    return canvas(entry.size, dpi)

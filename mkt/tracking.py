@@ -1,0 +1,84 @@
+"""What a tracker is, what it is shown, and what comes out: `Tracker`, `Sequence`, `Track`, and the loop `track`.
+
+A tracker is a frozen dataclass whose fields are the paper's parameters, with two pure methods: ``init`` looks at the object once,
+``step`` finds it again.  Nothing is hidden in the tracker itself, so ``replace(tracker, n=75)`` is all a particle slider has to do,
+any moment can be replayed, and the same seed gives the same run.
+
+Explained in notebook 02.
+"""
+
+from collections.abc import Sequence as Series
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+
+class Tracker(Protocol):
+    """The one protocol of all trackers.
+
+    ``info`` is a dict with at least ``region`` (5,), ``score`` (the likelihood of the estimate, in [0, 1]) and ``lost`` (bool).
+    """
+
+    def init(self, frame: np.ndarray, region: np.ndarray, rng: np.random.Generator) -> Any:
+        """Learn the object inside `region` (5,) of `frame` (H, W, 3); return the first state."""
+
+    def step(self, state: Any, frame: np.ndarray, rng: np.random.Generator) -> tuple[Any, dict]:
+        """Find the object in the next frame; return the next state and the info."""
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """Frames with what is known about the target in them.
+
+    frames: T images (H, W, 3) uint8 RGB, indexable and iterable, made or decoded on demand.
+    truth: (T, 5) regions [px, rad], NaN where nothing is known.
+    visibility: (T,) the visible fraction of the target in [0, 1], NaN where nothing is known.
+    source: where it comes from, for captions ("synthetic", or origin and licence).
+    upright: the truth is an upright box, so an orientation must not be scored against it.
+    """
+
+    name: str
+    frames: Series
+    truth: np.ndarray
+    visibility: np.ndarray
+    source: str = "synthetic"
+    upright: bool = False
+    fps: float = 25.0
+
+    def __len__(self):
+        return len(self.frames)
+
+
+class Track(NamedTuple):
+    """What a tracker said, frame by frame; frame 0 is the region it was started on.
+
+    regions: (T, 5) [px, rad]; score: (T,) likelihoods; lost: (T,) bool; info: every further entry of the infos, one list each.
+    """
+
+    regions: np.ndarray
+    score: np.ndarray
+    lost: np.ndarray
+    info: dict[str, list]
+
+
+def track(tracker, sequence, seed=0, start=None):
+    """Run a tracker over a sequence, started on the first true region or on `start` (5,).
+
+    Returns a `Track` of the sequence's length.  Raises ValueError when there is no region to start on.
+    """
+    start = sequence.truth[0] if start is None else np.asarray(start, float)
+    if not np.all(np.isfinite(start)):
+        raise ValueError(f"{sequence.name}: the first frame has no true region; pass start=(cx, cy, theta, hx, hy)")
+    rng, frames = np.random.default_rng(seed), iter(sequence.frames)
+    state = tracker.init(next(frames), start, rng)
+    infos = [{"region": start, "score": 1.0, "lost": False}]
+    for frame in frames:
+        state, info = tracker.step(state, frame, rng)
+        infos.append(info)
+    return _collect(infos)
+
+
+def _collect(infos):
+    columns = {key: [info.get(key) for info in infos] for key in infos[-1]}
+    return Track(np.array(columns.pop("region"), float), np.array(columns.pop("score"), float), np.array(columns.pop("lost"), bool), columns)
