@@ -8,9 +8,10 @@ References
 [T09] C. Teuliere, E. Marchand, L. Eck: A combination of particle filtering and deterministic approaches for multiple kernel
 tracking.  ICRA 2009.
 
-[N03] K. Nummiaro, E. Koller-Meier, L. Van Gool: An adaptive color-based particle filter.  Image and Vision Computing 21, 2003.
+[N03] K. Nummiaro, E. Koller-Meier, L. Van Gool: Color features for tracking non-rigid objects.  Acta Automatica Sinica, 2003.
 
-[C14] J. Cordoba, H. Koike, F. Vidal (authors' names as printed there): particle filter with hybrid resampling.  2014.
+[C14] D. A. L. Cordoba, C. M. C. C. Koike, F. de Barros Vidal: Particle filter and visual tracking: a hybrid resampling approach to
+improving robustness in cluttered and occluded environments.  2014.
 """
 # Nothing is imported here: ``python3 -m mkt`` runs this file before numpy is installed.
 

@@ -1,0 +1,163 @@
+"""Colour histograms of many regions at once, and how alike two of them are.
+
+The way of a frame: ``bins(frame)`` turns colours into one image of bin numbers, once; `histograms` looks the kernels' sample points
+up in it for all regions in one call; `coefficient` and `distance` compare the result with the reference.
+
+How the histograms are made, and what was tried (500 regions, 4,800 samples, nine kernels; ``python3 -m mkt bench`` measures it here):
+
+* sample positions: a float32 matrix product a chunk of regions, then ``cv2.remap`` (nearest) on the bin image;
+* constant weights: one two-channel ``cv2.calcHist`` a chunk, whose first channel is the number of the kernel in the chunk;
+* other weights: a sparse matrix with one 1 a sample (bin by sample) times K: 2 to 3 times the cost of constant ones.  Tried and
+  slower: ``np.bincount`` with weights once a kernel (11 x) or once over all (sample, kernel) pairs (6 x), a one-hot matrix product
+  (19 x), and ``calcHist`` over small cells of constant weight followed by a product (3 to 4 x, and not exact).
+
+Chunks keep the memory at a few megabytes however many regions there are.  Explained in notebook 01.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+from scipy.sparse import csc_matrix
+
+from mkt.regions import warp_matrices
+
+# Two threads help on an idle machine and stall on a busy one; repeated runs use processes instead.
+cv2.setNumThreads(1)
+
+SPACES = {"hsv": (10, 10, 10), "rgb": (8, 8, 8), "hs": (10, 10)}
+
+
+@dataclass(frozen=True)
+class ColorBins:
+    """The bin map b(l) of a colour: frame (H, W, 3) uint8 RGB -> bin image (H, W), uint8 where the numbers fit, else uint16.
+
+    space:  "hsv", N_h N_s + N_v bins: colourful pixels by hue and saturation, grey or dark ones (S <= s_min or V <= v_min) by value;
+            "rgb", all three channels jointly; "hs", hue and saturation jointly.
+    counts: bins a channel; None takes 10, 10, 10 for hsv, 8, 8, 8 for rgb [N03], 10, 10 for hs [C14].
+
+    Raises ValueError naming the field.  Notebook 01.
+    """
+
+    space: str = "hsv"
+    counts: tuple[int, ...] | None = None
+    s_min: float = 0.1
+    v_min: float = 0.2
+
+    def __post_init__(self):
+        if self.space not in SPACES:
+            raise ValueError(f"space is {self.space!r}; it must be one of {', '.join(SPACES)}")
+        needed = len(SPACES[self.space])
+        if self.counts is not None and (len(self.counts) != needed or not all(1 <= c <= 64 for c in self.counts)):
+            raise ValueError(f"counts is {self.counts}; {self.space} takes {needed} numbers from 1 to 64")
+
+    @property
+    def _counts(self):
+        return SPACES[self.space] if self.counts is None else self.counts
+
+    @cached_property
+    def m(self):
+        """Number of bins."""
+        if self.space == "hsv":
+            h, s, v = self._counts
+            return h * s + v
+        return int(np.prod(self._counts))
+
+    @cached_property
+    def dtype(self):
+        """Type of the bin image; one number more than the bins is needed, for what lies outside the image."""
+        return np.uint8 if self.m < 256 else np.uint16
+
+    @cached_property
+    def _tables(self):
+        """One look-up table (256,) a channel, whose entries add up to the bin number."""
+        ranges = (256, 256, 256) if self.space == "rgb" else (180, 256, 256)
+        steps = [np.minimum(np.arange(256) * c // r, c - 1) for c, r in zip(self._counts, ranges)]
+        if self.space == "hsv":
+            h, s, v = steps
+            return [t.astype(self.dtype) for t in (h * self._counts[1], s, v + self.m - self._counts[2])]
+        strides = np.cumprod([1, *self._counts[:0:-1]])[::-1]
+        return [(step * stride).astype(self.dtype) for step, stride in zip(steps, strides)]
+
+    def __call__(self, frame):
+        """frame (H, W, 3) uint8 RGB -> (H, W) bin numbers in 0 ... m - 1.  Raises ValueError for any other shape or type."""
+        frame = np.asarray(frame)
+        if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8:
+            raise ValueError(f"a frame must be (H, W, 3) uint8 RGB, not {frame.shape} {frame.dtype}")
+        channels = cv2.split(frame if self.space == "rgb" else cv2.cvtColor(frame, cv2.COLOR_RGB2HSV))
+        looked_up = [_look_up(channel, table) for channel, table in zip(channels, self._tables)]
+        if self.space == "hsv":
+            grey = (channels[1] <= 255 * self.s_min) | (channels[2] <= 255 * self.v_min)
+            return np.where(grey, looked_up[2], looked_up[0] + looked_up[1])
+        return sum(looked_up[1:], looked_up[0])
+
+
+def _look_up(channel, table):
+    return cv2.LUT(channel, table) if table.dtype == np.uint8 else table[channel]
+
+
+def histograms(image, m, kernels, regions):
+    """Kernel-weighted histograms, q_u = sum_i K_ji delta(b(l_i) - u): (2) of [T09], (3) of [N03].
+
+    image: (H, W) bin numbers below m, from `ColorBins`; m: number of bins; kernels: `Kernels`; regions: (N, 5) [px, rad].
+    Returns (N, J, m) float32.  Each (n, j) sums to 1.  Samples outside the image count for nothing; a kernel with all of its
+    samples outside gives zeros, hence the coefficient 0.  A region that is not finite lies outside everything.
+    """
+    regions = np.atleast_2d(np.asarray(regions, float))
+    count = _weighted if kernels.parts is None else _counted
+    q = np.empty((len(regions), len(kernels.weights), m), np.float32)
+    rows = _chunk(kernels)
+    for start in range(0, len(regions), rows):
+        labels = _sample(image, m, kernels.points, regions[start:start + rows])
+        q[start:start + rows] = count(labels, m, kernels)
+    total = q.sum(-1, keepdims=True)
+    return np.divide(q, total, out=q, where=total > 0)
+
+
+def _chunk(kernels):
+    """Regions a chunk: kernel numbers fit uint8, and labels and positions stay in the processor's cache."""
+    j, n = kernels.weights.shape
+    return int(np.clip(min(255 // j, 130_000 // n), 1, 255))
+
+
+def _sample(image, m, points, regions):
+    """Bin number under every sample point, m where it lies outside the image.  Returns (k, n)."""
+    a = np.nan_to_num(warp_matrices(regions), nan=-1e6, posinf=-1e6, neginf=-1e6).astype(np.float32)
+    p = np.concatenate([points.T, np.ones((1, len(points)))]).astype(np.float32)
+    return cv2.remap(image, a[:, 0] @ p, a[:, 1] @ p, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=m)
+
+
+def _counted(labels, m, kernels):
+    """Histograms for constant weights, unnormalised: labels (k, n) -> (k, J, m)."""
+    k, j = len(labels), len(kernels.weights)
+    number = (kernels.parts + j * np.arange(k)[:, None]).astype(labels.dtype)
+    counts = cv2.calcHist([number, labels], [0, 1], None, [k * j, m], [0, k * j, 0, m])
+    return counts.reshape(k, j, m)
+
+
+def _weighted(labels, m, kernels):
+    """Histograms for any weights: labels (k, n) -> (k, J, m), as one product of a sparse matrix with K."""
+    k, n = labels.shape
+    rows = (labels.T + (m + 1) * np.arange(k, dtype=np.int32)).ravel()
+    ones = np.ones(rows.size, np.float32)
+    membership = csc_matrix((ones, rows, np.arange(0, rows.size + 1, k, dtype=np.int32)), shape=(k * (m + 1), n))
+    counts = membership @ kernels.weights.T.astype(np.float32)
+    return counts.reshape(k, m + 1, -1)[:, :m].swapaxes(1, 2)
+
+
+def coefficient(q, reference):
+    """Bhattacharyya coefficient rho = sum_u sqrt(q_u q*_u) in [0, 1]: (3) of [T09], (5) of [N03], (7) of [C14].
+
+    q: (..., m) and reference: broadcastable to it, each of sum 1 or all zero.  Returns (...).
+    """
+    return np.einsum("...m,...m->...", np.sqrt(q), np.sqrt(reference))
+
+
+def distance(rho, axis=None):
+    """Bhattacharyya distance d = sqrt(1 - rho), (4) of [T09]; over an axis of kernels d_m = sqrt(mean_j d_j^2), our reading of (5).
+
+    rho: (...) coefficients; axis: that of the kernels, or None.  Returns distances in [0, 1]; never NaN, rounding is clipped.
+    """
+    d2 = np.maximum(1.0 - np.asarray(rho, float), 0.0)
+    return np.sqrt(d2 if axis is None else d2.mean(axis))

@@ -1,0 +1,79 @@
+"""Layouts and profiles: what the weight matrix must satisfy whatever the configuration."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mkt.kernels import LAYOUTS, PROFILES, Kernels
+
+configurations = st.builds(
+    Kernels, layout=st.sampled_from(LAYOUTS), profile=st.sampled_from(PROFILES), span=st.floats(0.5, 1.5), elliptic=st.booleans(),
+    aspect=st.floats(0.4, 2.5), samples=st.integers(400, 3000),
+)
+
+
+@given(configurations)
+def test_rows_sum_to_one_and_every_sample_is_seen(kernels):
+    assert np.allclose(kernels.weights.sum(1), 1)
+    assert (kernels.weights >= 0).all()
+    assert kernels.weights.any(0).all()
+    assert np.abs(kernels.points).max() < 1
+    assert len(kernels.points) <= 1.2 * kernels.samples
+
+
+@given(configurations)
+def test_centre_of_mass_is_the_kernel_centre(kernels):
+    if kernels.span <= 1:  # larger tiles are cut by the border
+        cell = 2 / np.sqrt(kernels.samples)
+        assert np.allclose(kernels.weights @ (kernels.points * kernels.half_sides), kernels.centres, atol=cell)
+
+
+@given(st.sampled_from(["one", "2x2", "3x3", "4x4"]), st.floats(0.4, 1.5), st.floats(0.4, 2.5), st.booleans())
+def test_supports_stay_inside_the_object(layout, span, aspect, elliptic):
+    kernels = Kernels(layout, span=min(span, 1.0) if layout == "one" else span, aspect=aspect, elliptic=elliptic)
+    if (kernels.radii <= kernels.half_sides).all():
+        assert (np.abs(kernels.centres) + kernels.radii <= kernels.half_sides + 1e-9).all()
+
+
+def test_nine_kernels_have_the_span_of_the_fourth_row():
+    kernels = Kernels(aspect=4 / 3)  # W = 2 sqrt(4/3), H = 2 sqrt(3/4)
+    height = 2 * 0.75**0.5
+    assert np.allclose(kernels.radii, height / 3)
+    assert np.allclose(kernels.centres[0], [-(4 / 3) ** 0.5 + height / 3, -height / 2 + height / 3])
+
+
+@pytest.mark.parametrize("aspect", [0.5, 1.0, 4 / 3])
+def test_tiles_are_a_partition_of_the_whole_rectangle(aspect):
+    kernels = Kernels("tiles", "uniform", aspect=aspect, samples=4800)
+    assert kernels.parts is not None
+    x, y = np.clip(((kernels.points + 1) * 1.5).astype(int), 0, 2).T
+    assert (kernels.parts == 3 * y + x).all()
+    assert abs(len(kernels.parts) - 4800) < 100
+
+
+def test_ellipse_radii():
+    """With the printed radius the weight at the ends of the axes is 1 - (H / a)^2, .8 and .2 for 10 x 20; with the elliptic one 0."""
+    printed, elliptic = (Kernels("ellipse", elliptic=e, aspect=0.5, samples=40_000) for e in (False, True))
+    for kernels, x_end, y_end in ((printed, 0.8, 0.2), (elliptic, 0.0, 0.0)):
+        relative = kernels.weights[0] / kernels.weights.max()
+        x, y = kernels.points.T
+        on_x, on_y = (np.abs(y) < 0.02) & (x > 0.98), (np.abs(x) < 0.02) & (y > 0.98)
+        assert relative[on_x].mean() == pytest.approx(x_end, abs=0.05)
+        assert relative[on_y].mean() == pytest.approx(y_end, abs=0.05)
+
+
+def test_samples_are_interleaved():
+    parts = Kernels("tiles", "uniform").parts
+    assert len(set(parts[:9])) == 9 and len(set(parts[9:18])) == 9
+
+
+@pytest.mark.parametrize("field, value", [("layout", "5x5"), ("profile", "gauss"), ("span", 0.0), ("aspect", np.nan), ("samples", -1)])
+def test_bad_fields_are_named(field, value):
+    with pytest.raises(ValueError, match=field):
+        Kernels(**{field: value})
+
+
+def test_a_kernel_without_samples_says_so():
+    with pytest.raises(ValueError, match="span"):
+        Kernels("4x4", span=0.01, samples=100).weights
