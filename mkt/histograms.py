@@ -1,7 +1,8 @@
 """Colour histograms of many regions at once, and how alike two of them are.
 
 The way of a frame: ``bins(frame)`` turns colours into one image of bin numbers, once; `histograms` looks the kernels' sample points
-up in it for all regions in one call; `coefficient` and `distance` compare the result with the reference.
+up in it for all regions in one call; `coefficient` and `distance` compare the result with the reference, which `learn` keeps as
+a `Target`.
 
 How the histograms are made, and what was tried (500 regions, 4,800 samples, nine kernels; ``python3 -m mkt bench`` measures it here):
 
@@ -16,11 +17,13 @@ Chunks keep the memory at a few megabytes however many regions there are.  Expla
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from scipy.sparse import csc_matrix
 
+from mkt.kernels import Kernels
 from mkt.regions import warp_matrices
 
 # Two threads help on an idle machine and stall on a busy one; repeated runs use processes instead.
@@ -116,9 +119,10 @@ def histograms(image, m, kernels, regions):
 
 
 def _chunk(kernels):
-    """Regions a chunk: kernel numbers fit uint8, and labels and positions stay in the processor's cache."""
+    """Regions a chunk: as many as the processor's cache holds labels and positions of, and kernel numbers that fit uint8."""
     j, n = kernels.weights.shape
-    return int(np.clip(min(255 // j, 130_000 // n), 1, 255))
+    cached = max(130_000 // n, 1)
+    return cached if kernels.parts is None else max(min(cached, 255 // j), 1)
 
 
 def _sample(image, m, points, regions):
@@ -161,3 +165,33 @@ def distance(rho, axis=None):
     """
     d2 = np.maximum(1.0 - np.asarray(rho, float), 0.0)
     return np.sqrt(d2 if axis is None else d2.mean(axis))
+
+
+class Target(NamedTuple):
+    """The reference: how the object is looked at (`bins`, `kernels` fitted to it) and what was seen, q* (J, m)."""
+
+    bins: ColorBins
+    kernels: Kernels
+    q: np.ndarray
+
+    def coefficients(self, image, regions):
+        """Bhattacharyya coefficients of regions (N, 5) with the reference.  image: (H, W) bins of the frame.  Returns (N, J)."""
+        return coefficient(histograms(image, self.bins.m, self.kernels, regions), self.q)
+
+    def distances(self, image, regions):
+        """d_m of regions (..., 5) [px, rad] to the reference, over all kernels, (5) of [T09].  Returns (...) in [0, 1]."""
+        regions = np.asarray(regions, float)
+        rho = self.coefficients(image, regions.reshape(-1, 5))
+        return distance(rho, axis=-1).reshape(regions.shape[:-1])
+
+
+def learn(image, region, bins, kernels):
+    """Take the object inside a region (5,) as the reference.  image: (H, W) bins of the frame.  Returns a `Target`.
+
+    Raises ValueError where a kernel sees nothing of the image, since such a part could never be found again.
+    """
+    fitted = kernels.fitted(region)
+    q = histograms(image, bins.m, fitted, region)[0]
+    if not q.any(-1).all():
+        raise ValueError(f"part of the region {np.round(region, 1)} lies outside the image; choose a box inside it")
+    return Target(bins, fitted, q)

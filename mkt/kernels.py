@@ -86,14 +86,14 @@ class Kernels:
     def _grid(self):
         """Points and weights of the samples that some kernel sees, interleaved: (n, 2) canonical and (J, n) with rows of sum 1."""
         points = _pixel_grid(self.samples, self.aspect)
-        weights = self._weigh(points * self.half_sides)
+        weights = self.weigh(points * self.half_sides)
         if not weights.any(1).all():
             raise ValueError(f"a kernel covers no sample: raise span ({self.span:g}) or samples ({self.samples})")
         order = _interleaved(weights)
         return points[order], np.ascontiguousarray(weights[:, order] / weights.sum(1, keepdims=True))
 
-    def _weigh(self, plane):
-        """k(r^2) of every kernel at points (n, 2) of the object plane.  Returns (J, n)."""
+    def weigh(self, plane):
+        """k(r^2) of every kernel at points (n, 2) of the object plane, not normalised.  Returns (J, n)."""
         u2 = ((plane - self.centres[:, None]) / self.radii) ** 2
         r2 = u2.max(-1) if self.layout == "tiles" else u2.sum(-1)
         inside = r2 <= 1 + 1e-9

@@ -4,10 +4,13 @@ Trackers keep their colour in every figure (`TRACKERS`), the truth is black, wha
 as in [T09].
 """
 
+from functools import lru_cache
+
 import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse, Rectangle
 
 from mkt.regions import corners
 
@@ -43,3 +46,57 @@ def draw_region(ax, region, color=CURRENT, **style):
     ax.plot(*outline.T, color=color, **{"lw": 1.8} | style)
     tick = np.stack([np.asarray(region)[:2], outline[1:3].mean(0)])
     ax.plot(*tick.T, color=color, **{"lw": 1.2} | style)
+
+
+def draw_surface(ax, x, y, z, levels=None, **labels):
+    """A surface z (len(y), len(x)) over x and y, drawn with every other line so that a slider can follow.
+
+    ax: a 3D axes; levels: (low, high) of z and of its colours; labels: as for ``Axes.set``.
+    """
+    low, high = levels or (z.min(), z.max())
+    thin = slice(None, None, 2)
+    ax.plot_surface(*np.meshgrid(x[thin], y[thin]), z[thin, thin], cmap=SURFACE, vmin=low, vmax=high, rstride=1, cstride=1, lw=0.15, edgecolor="0.2")
+    ax.set(zlim=(low, high), **labels)
+    ax.locator_params(nbins=4)
+    ax.view_init(28, -58)
+    ax.set_box_aspect((1.15, 1, 0.75), zoom=0.9)
+
+
+def draw_map(ax, x, y, z, levels=None, **labels):
+    """The same surface seen from above, as a coloured map with contour lines; the lowest point gets a white cross."""
+    low, high = levels or (z.min(), z.max())
+    mesh = ax.pcolormesh(x, y, z, cmap=SURFACE, vmin=low, vmax=high, shading="nearest")
+    ax.contour(x, y, z, np.linspace(low, high, 11)[1:], colors="white", linewidths=0.5, alpha=0.6)
+    row, column = np.unravel_index(np.argmin(z), z.shape)
+    ax.plot(x[column], y[row], "x", color="white", ms=9, mew=2.5)
+    ax.set(**labels)
+    return mesh
+
+
+@lru_cache(maxsize=16)
+def bin_colors(bins):
+    """The mean colour of each bin of a `ColorBins`, (m, 3) in [0, 1]; bins that no colour reaches are white."""
+    lattice = np.stack(np.meshgrid(*[np.arange(0, 256, 6, dtype=np.uint8)] * 3), -1).reshape(1, -1, 3)
+    labels = bins(lattice).ravel()
+    count = np.bincount(labels, minlength=bins.m)
+    total = np.stack([np.bincount(labels, lattice[0, :, c], bins.m) for c in range(3)], -1)
+    return np.where(count[:, None] > 0, total / np.maximum(count, 1)[:, None] / 255, 1.0)
+
+
+def draw_histogram(ax, q, bins, **labels):
+    """A histogram q (m,) as bars in the colours of their bins."""
+    ax.bar(np.arange(bins.m), q, width=1.0, color=bin_colors(bins), edgecolor="0.35", linewidth=0.25)
+    ax.set(xlim=(-0.5, bins.m - 0.5), xlabel="bin $u$", ylabel="$q_u$", **labels)
+
+
+def draw_kernels(ax, kernels, **style):
+    """Centres and supports of kernels over the object plane."""
+    for centre in kernels.centres:
+        width, height = 2 * kernels.radii
+        if kernels.layout == "tiles":
+            patch = Rectangle(centre - kernels.radii, width, height, fill=False)
+        else:
+            patch = Ellipse(centre, width, height, fill=False)
+        patch.set(**{"edgecolor": "white", "lw": 1.3} | style)
+        ax.add_patch(patch)
+    ax.plot(*kernels.centres.T, "+", color=style.get("edgecolor", "white"), ms=7, mew=1.6)

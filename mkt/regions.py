@@ -102,3 +102,13 @@ def wrap_angle(theta):
     theta: (...) [rad].  Returns (...) [rad].
     """
     return (np.asarray(theta) + np.pi) % (2 * np.pi) - np.pi
+
+
+def displaced(region, dx=0.0, dy=0.0, dtheta=0.0, scale=1.0):
+    """Copies of a region, moved, turned and scaled: the grids over which surfaces are drawn.
+
+    region: (5,) [px, rad]; dx, dy [px], dtheta [rad], scale: arrays that broadcast to (...).  Returns (..., 5).
+    """
+    dx, dy, dtheta, scale = np.broadcast_arrays(dx, dy, dtheta, scale)
+    cx, cy, theta, hx, hy = region
+    return np.stack([cx + dx, cy + dy, theta + dtheta, hx * scale, hy * scale], -1)
