@@ -1,0 +1,154 @@
+"""The commands of ``python3 -m mkt``.  Nothing heavy is imported before a command runs, so that --help needs no installed package."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+NOTE = "The first command sets up .venv from environment.txt (a minute or two; with uv installed, seconds)."
+
+
+def parser():
+    """The `argparse.ArgumentParser` of all commands."""
+    top = argparse.ArgumentParser(prog="python3 -m mkt", description="Multiple kernel tracking: the library, its book and its tests.", epilog=NOTE)
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    _command(commands, "book", run_book, "execute the notebooks and build the book",
+             "Executes every notebook of book.toml that changed and builds the site into _build/html; open _build/html/index.html.")
+    test = _command(commands, "test", run_tests, "run the tests", "Runs pytest.  Everything after `test` is handed to it.",
+                    "test", "test -k widgets", "test tests/test_regions.py -x -n 0")
+    test.usage = "python3 -m mkt test [-h] [PYTEST ARGUMENT ...]"
+    _command(commands, "lab", run_lab, "open the notebooks in JupyterLab", "Opens JupyterLab on the folder notebooks/ in your browser; Ctrl-C ends it.")
+    _figure_arguments(_command(commands, "figure", run_figure, "draw one figure into a file", "Draws a registered figure with the paper's values, or yours.",
+                               "figure --list", "figure teuliere2009.fig3 -o fig3.pdf", "figure teuliere2009.fig3 -o wide.png --set span=1.2 bins=rgb"))
+    _command(commands, "bench", run_bench, "time the hot loop against its rivals", "Prints CPU milliseconds (median, one thread) side by side, with ratios.")
+    _command(commands, "strip", run_strip, "remove outputs from the notebooks",
+             "Removes outputs and execution counts from the notebooks of book.toml, as they are to be committed.")
+    return top
+
+
+def _command(commands, name, action, summary, text, *examples):
+    lines = "\n".join(f"  python3 -m mkt {example}" for example in examples or (name,))
+    sub = commands.add_parser(name, help=summary, description=text, epilog=f"examples:\n{lines}",
+                              formatter_class=argparse.RawDescriptionHelpFormatter)
+    sub.set_defaults(action=action)
+    return sub
+
+
+def _figure_arguments(sub):
+    sub.add_argument("id", nargs="?", metavar="ID", help="paper and figure, such as teuliere2009.fig3")
+    sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to write; .png, .pdf or .svg")
+    sub.add_argument("--set", nargs="+", default=[], metavar="NAME=VALUE", help="parameters that differ from the paper's values")
+    sub.add_argument("--list", action="store_true", help="list the figures, or with ID its parameters, and stop")
+
+
+def parse(arguments):
+    """Parse a list of command-line words.  Exits with a message when they make no sense, or after --help."""
+    top = parser()
+    if not arguments:
+        top.print_help()
+        sys.exit(2)
+    args, rest = top.parse_known_args(arguments)
+    if rest and args.command != "test":
+        top.error(f"unrecognized arguments: {' '.join(rest)}")
+    if args.command == "figure" and not args.list and not (args.id and args.output):
+        top.error("figure needs an ID and -o FILE; `python3 -m mkt figure --list` lists the figures")
+    args.rest = rest
+    return args
+
+
+def run(args):
+    """Run a parsed command; returns the exit code."""
+    return args.action(args)
+
+
+def run_book(args):
+    """Build the book and say where it is."""
+    from mkt import book
+
+    try:
+        print(f"The book is ready: open {book.build().as_uri()}")
+    except book.BookError as error:
+        sys.exit(str(error))
+
+
+def run_tests(args):
+    """Run pytest on the checkout."""
+    import pytest
+
+    os.chdir(ROOT)
+    return pytest.main(args.rest)
+
+
+def run_lab(args):
+    """Open JupyterLab on the notebooks."""
+    from jupyterlab.labapp import main
+
+    return main([f"--ServerApp.root_dir={ROOT / 'notebooks'}"])
+
+
+def run_figure(args):
+    """Draw one figure, or list what there is."""
+    from mkt import figures
+
+    try:
+        if args.list:
+            return print(_listing(figures, args.id))
+        entry = figures.get(args.id)
+        canvas = figures.new_canvas(entry, dpi=200)
+        entry.draw(canvas, **_parameters(entry, args.set))
+        canvas.savefig(args.output)
+    except (KeyError, ValueError, OSError) as error:
+        sys.exit(f"mkt figure: {error.args[0] if isinstance(error, KeyError) else error}")
+    print(args.output)
+
+
+def _listing(figures, id):
+    if id is None:
+        return "\n".join(f"{entry.id:24} {entry.title}" for entry in figures.registry().values())
+    entry = figures.get(id)
+    rows = [f"  {name}={value}" + (f"    one of {', '.join(map(str, entry.values(name)))}" if name in entry.sliders else "")
+            for name, value in entry.defaults.items()]
+    return "\n".join([f"{entry.id}: {entry.title}", *rows])
+
+
+def _parameters(entry, assignments):
+    """{name: value} from ``name=value`` words, each value of the type of the paper's.  Raises ValueError naming what is wrong."""
+    result = {}
+    for word in assignments:
+        name, equals, text = word.partition("=")
+        if not equals:
+            raise ValueError(f"{word!r} is not NAME=VALUE")
+        if name not in entry.defaults:
+            raise ValueError(f"{entry.id} has no parameter {name!r}; it takes {', '.join(entry.defaults)}")
+        result[name] = _value(entry, name, text)
+    return result
+
+
+def _value(entry, name, text):
+    choices = entry.sliders.get(name)
+    if isinstance(choices, list):
+        found = [choice for choice in choices if str(choice) == text]
+        if not found:
+            raise ValueError(f"{name}={text}: choose from {', '.join(map(str, choices))}")
+        return found[0]
+    kind = type(entry.defaults[name])
+    try:
+        return kind(text) if kind in (int, float) else text
+    except ValueError:
+        raise ValueError(f"{name}={text}: not a number of type {kind.__name__}") from None
+
+
+def run_bench(args):
+    """Print the benchmark."""
+    from mkt import bench
+
+    return bench.main()
+
+
+def run_strip(args):
+    """Strip the notebooks and name those that changed."""
+    from mkt import book
+
+    for path in book.strip_all():
+        print(f"stripped {os.path.relpath(path)}")
