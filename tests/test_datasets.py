@@ -102,6 +102,13 @@ def test_no_more_frames_are_kept_than_the_cache_holds(frames):
     assert frames[95] is frames[95] and alive[0]() is None
 
 
+def test_a_frame_in_use_stays_in_the_cache(frames):
+    first = frames[0]
+    for k in range(1, 2 * KEPT):
+        frames[k]
+        assert frames[0] is first
+
+
 def test_stepping_back_decodes_a_block_not_a_frame(tmp_path, monkeypatch):
     frames, opened = VideoFile(write_video(tmp_path / "a.mkv", 3 * KEPT)), []
     reopen = VideoFile._open
@@ -305,7 +312,9 @@ GOOD = "9,9,9,9"
     ([GOOD, "9,9,0,9"], 2, 2, "zero or negative", "correct"),
     ([GOOD, "9,9,9,-9"], 2, 2, "zero or negative", "correct"),
     ([GOOD, "65,9,9,9"], 2, 2, "outside the image of 64x48", "correct"),
+    ([GOOD, "9,49,9,9"], 2, 2, "outside the image of 64x48", "correct"),
     ([GOOD, "9,-8,9,9"], 2, 2, "outside the image of 64x48", "correct"),
+    ([GOOD, "-8,9,9,9"], 2, 2, "outside the image of 64x48", "correct"),
     ([GOOD], 2, 1, "1 rows for 2 frames", "add or remove"),
     ([GOOD] * 3, 2, 3, "3 rows for 2 frames", "add or remove"),
     ([""], 2, None, "no rows", "download or annotate"),
@@ -329,7 +338,8 @@ def test_missing_parts(tmp_path):
 def test_bad_bobot(tmp_path):
     truth = "Vid_X.txt"
     refused(lambda: bobot(bobot_folder(tmp_path, "./Vid_X.avi", n=1)), truth, "no rows", "header-only")
-    refused(lambda: bobot(bobot_folder(tmp_path, "./Vid_X.avi", bobot_row(0), bobot_row(2), n=2)), truth, "must count the rows", "put", 3)
+    refused(lambda: bobot(bobot_folder(tmp_path, "./Vid_X.avi", bobot_row(0), bobot_row(2), n=2)), truth,
+            "must count the rows", "put", 3)
     refused(lambda: bobot(bobot_folder(tmp_path, bobot_row(0), "1 NaN 0 0 0")), truth, "NaN", "correct", 2)
     refused(lambda: bobot(bobot_folder(tmp_path, bobot_row(0), "1 20 8 16 24")), truth, "outside", "format", 2)
     write_rows(tmp_path / "other.txt", "1")
@@ -341,13 +351,17 @@ def test_bobot_needs_frames_and_spares_only_one(tmp_path):
     refused(lambda: bobot(bobot_folder(tmp_path, bobot_row(0), n=3, avi=True)), "Vid_X.txt", "1 rows for 3 frames", "add", 1)
 
 
-def test_bad_mot(tmp_path):
-    row = "1,7,9,9,9,9,1,1,1"
-    for rows, what, remedy, line in (([row], "no target has the id 3", "choose one of 7", None), ([row, "5,3,9,9,9,9,1,1,1"], "1 to 4", "missing", 2),
-                                     ([row, "0,3,9,9,9,9,1,1,1"], "1 to 4", "correct", 2), ([row, "1.5,3,9,9,9,9,1,1,1"], "1 to 4", "correct", 2),
-                                     (["2,3,9,9,9,9,1,1,1"] * 2, "second row", "remove", 2),
-                                     ([row, "2,3,9,NaN,9,9,1,1,1"], "NaN", "correct", 2), ([row, "2,3,99,9,9,9,1,1,1"], "outside", "correct", 2)):
-        refused(lambda: mot(mot_folder(tmp_path, *rows), 3), "gt.txt", what, remedy, line)
+@pytest.mark.parametrize("rows, what, remedy, line", [
+    (["1,7,9,9,9,9,1,1,1"], "no target has the id 3", "choose one of 7", None),
+    (["1,7,9,9,9,9,1,1,1", "5,3,9,9,9,9,1,1,1"], "1 to 4", "missing", 2),
+    (["1,7,9,9,9,9,1,1,1", "0,3,9,9,9,9,1,1,1"], "1 to 4", "correct", 2),
+    (["1,7,9,9,9,9,1,1,1", "1.5,3,9,9,9,9,1,1,1"], "1 to 4", "correct", 2),
+    (["2,3,9,9,9,9,1,1,1"] * 2, "second row", "remove", 2),
+    (["1,7,9,9,9,9,1,1,1", "2,3,NaN,NaN,NaN,NaN,1,1,1"], "NaN is not allowed", "correct", 2),
+    (["1,7,9,9,9,9,1,1,1", "2,3,99,9,9,9,1,1,1"], "outside", "correct", 2),
+])
+def test_bad_mot(tmp_path, rows, what, remedy, line):
+    refused(lambda: mot(mot_folder(tmp_path, *rows), 3), "gt.txt", what, remedy, line)
 
 
 # Videos without truth, and where the data are
@@ -359,7 +373,7 @@ def test_video_with_and_without_box(tmp_path):
     np.testing.assert_array_equal(sequence.truth[0], REGION)
     assert np.isnan(sequence.truth[1:]).all() and sequence.visibility[0] == 1 and (sequence.name, sequence.fps) == ("mine", 30)
     assert len(datasets.video(write_images(tmp_path / "mine", 4))) == 4
-    for box, what in (((70, 5, 9, 9), "outside"), ((5, 5, 0, 9), "zero"), ((5, np.nan, 9, 9), "NaN")):
+    for box, what in (((70, 5, 9, 9), "outside"), ((5, 5, 0, 9), "zero"), ((5, np.nan, 9, 9), "NaN"), ([np.nan] * 4, "NaN")):
         refused(lambda: datasets.video(path, box=box), "the box of the first frame", what, "correct")
 
 
