@@ -9,6 +9,7 @@ from functools import lru_cache
 import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
 
@@ -22,7 +23,9 @@ SURFACE = "viridis"
 matplotlib.rcParams.update({
     "font.size": 10, "axes.titlesize": 10.5, "axes.labelsize": 10, "legend.fontsize": 9, "xtick.labelsize": 9, "ytick.labelsize": 9,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": False, "image.interpolation": "nearest",
-    "figure.constrained_layout.use": True, "legend.frameon": False,
+    # Fixed margins: a layout engine would draw everything twice, and a slider would feel it.
+    "figure.subplot.left": 0.07, "figure.subplot.right": 0.98, "figure.subplot.bottom": 0.13, "figure.subplot.top": 0.91,
+    "figure.subplot.wspace": 0.2, "figure.subplot.hspace": 0.35, "legend.frameon": False,
 })
 
 
@@ -36,8 +39,8 @@ def canvas(size, dpi=100):
 def show_frame(ax, frame, title=""):
     """Draw a frame (H, W, 3) uint8 without ticks; pixel centres at integers."""
     ax.imshow(frame)
-    ax.set(xticks=[], yticks=[], title=title)
-    ax.spines[:].set_visible(False)
+    ax.set_title(title)
+    ax.set_axis_off()
 
 
 def draw_region(ax, region, color=CURRENT, **style):
@@ -46,6 +49,12 @@ def draw_region(ax, region, color=CURRENT, **style):
     ax.plot(*outline.T, color=color, **{"lw": 1.8} | style)
     tick = np.stack([np.asarray(region)[:2], outline[1:3].mean(0)])
     ax.plot(*tick.T, color=color, **{"lw": 1.2} | style)
+
+
+def draw_ellipse(ax, region, color=CURRENT, **style):
+    """Outline the ellipse inside a region (5,) [px, rad], as [N03] draws its samples."""
+    cx, cy, theta, hx, hy = region
+    ax.add_patch(Ellipse((cx, cy), 2 * hx, 2 * hy, angle=np.rad2deg(theta), fill=False, edgecolor=color, **{"lw": 1.8} | style))
 
 
 def draw_surface(ax, x, y, z, levels=None, **labels):
@@ -66,7 +75,7 @@ def draw_map(ax, x, y, z, levels=None, **labels):
     """The same surface seen from above, as a coloured map with contour lines; the lowest point gets a white cross."""
     low, high = levels or (z.min(), z.max())
     mesh = ax.pcolormesh(x, y, z, cmap=SURFACE, vmin=low, vmax=high, shading="nearest")
-    ax.contour(x, y, z, np.linspace(low, high, 11)[1:], colors="white", linewidths=0.5, alpha=0.6)
+    ax.contour(x, y, z, np.linspace(low, high, 8)[1:], colors="white", linewidths=0.5, alpha=0.6)
     row, column = np.unravel_index(np.argmin(z), z.shape)
     ax.plot(x[column], y[row], "x", color="white", ms=9, mew=2.5)
     ax.set(**labels)
@@ -85,8 +94,10 @@ def bin_colors(bins):
 
 def draw_histogram(ax, q, bins, **labels):
     """A histogram q (m,) as bars in the colours of their bins."""
-    ax.bar(np.arange(bins.m), q, width=1.0, color=bin_colors(bins), edgecolor="0.35", linewidth=0.25)
-    ax.set(xlim=(-0.5, bins.m - 0.5), xlabel="bin $u$", ylabel="$q_u$", **labels)
+    u = np.flatnonzero(q)
+    bars = np.stack([np.stack([u + side, q[u] * top], -1) for side, top in ((-0.5, 0), (-0.5, 1), (0.5, 1), (0.5, 0))], 1)
+    ax.add_collection(PolyCollection(bars, facecolors=bin_colors(bins)[u], edgecolors="0.35", linewidths=0.25))
+    ax.set(xlim=(-0.5, bins.m - 0.5), ylim=(0, 1.05 * q.max()), xlabel="bin $u$", ylabel="$q_u$", **labels)
 
 
 def draw_kernels(ax, kernels, **style):

@@ -11,7 +11,7 @@ import inspect
 from dataclasses import dataclass
 from typing import Callable
 
-MODULES = ("teuliere2009", "nummiaro2003")
+MODULES = ("teuliere2009", "nummiaro2003", "own")
 _REGISTRY = {}
 
 

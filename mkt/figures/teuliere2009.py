@@ -17,9 +17,9 @@ SPACES = ["hsv", "rgb", "hs"]
 WIDTH = 96.0  # of the object [px]; ours, the paper does not say
 
 
-def still(texture, frames=2):
+def still(texture, seed=0):
     """Two frames of an object that stands still before the workshop: only the sensor noise differs."""
-    return sequence(Scene(Layer(texture, WIDTH, ((0.0, 160.0, 120.0, 0.0, 1.0),)), length=frames))
+    return sequence(Scene(Layer(texture, WIDTH, ((0.0, 160.0, 120.0, 0.0, 1.0),)), length=2, seed=seed))
 
 
 def pulled_back(frame, region, kernels, n=160):
@@ -56,7 +56,7 @@ def fig1(canvas, *, profile="epanechnikov", span=1.0, bins="hsv", object="car"):
     kernels = Kernels("one", profile, span).fitted(region)
     q = histograms(bins(frame), bins.m, kernels, region)[0, 0]
 
-    left, middle, right = canvas.subplots(1, 3, width_ratios=(1.15, 1, 1.8))
+    left, middle, right = canvas.subplots(1, 3, width_ratios=(1.15, 1, 1.8), gridspec_kw={"left": 0.01, "bottom": 0.15, "wspace": 0.25})
     show_frame(left, frame, "frame and region")
     draw_region(left, region)
     weight = weight_maps(kernels, 160)[0]
@@ -77,35 +77,43 @@ def fig2(canvas, *, layout="3x3", span=1.0, profile="epanechnikov", object="car"
     scene = still(object)
     region, frame = scene.truth[0], scene.frames[0]
     kernels = Kernels(layout, profile, span).fitted(region)
-    left, right = canvas.subfigures(1, 2, width_ratios=(1, 1.15))
-    ax = left.subplots()
+    maps = weight_maps(kernels)
+    side = round(len(maps) ** 0.5)
+    ax = canvas.add_axes((0.01, 0.02, 0.46, 0.88))
     ax.imshow(pulled_back(frame, region, kernels), extent=object_plane(kernels))
     draw_kernels(ax, kernels)
     ax.set(xticks=[], yticks=[], title=f"{len(kernels.centres)} kernels, {profile}")
-    maps, side = weight_maps(kernels), round(len(kernels.centres) ** 0.5)
-    for panel, weights in zip(np.ravel(right.subplots(side, side)), maps):
+    panels = canvas.subplots(side, side, squeeze=False, gridspec_kw={"left": 0.5, "right": 0.99, "bottom": 0.03, "top": 0.97, "wspace": 0.05, "hspace": 0.05})
+    for panel, weights in zip(panels.ravel(), maps):
         panel.imshow(weights, cmap="Blues", vmin=0, vmax=1, extent=object_plane(kernels))
         panel.set(xticks=[], yticks=[])
         panel.spines[:].set(visible=True, color="0.6")
     return {"kernels": len(maps), "covered": float((maps > 0).any(0).mean())}
 
 
+def cost_surfaces(layout, span, bins, object, reach, seed=0):
+    """What figure 3 draws: the distance for one kernel and for a layout, over 61 x 61 displacements and rotations.
+
+    Returns x (61,) [px], theta (61,) [rad] and the two surfaces (61, 61), rotation down, x across.
+    """
+    scene, bins = still(object, seed), ColorBins(bins)
+    learnt, seen = (bins(frame) for frame in scene.frames)
+    x, theta = np.linspace(-reach, reach, 61), np.deg2rad(np.linspace(-60, 60, 61))
+    grid = displaced(scene.truth[0], x, 0, theta[:, None])
+    kernels = [Kernels(name, span=min(span, 1.0) if name == "one" else span, samples=2400) for name in ("one", layout)]
+    return x, theta, [learn(learnt, scene.truth[0], bins, k).distances(seen, grid) for k in kernels]
+
+
 @figure("teuliere2009.fig3", size=(10, 6.2), layout=["one", "2x2", "3x3", "4x4"], span=(0.4, 1.4, 0.1), bins=SPACES, object=list(OBJECTS),
         reach=(10, 40, 5))
-def fig3(canvas, *, layout="3x3", span=1.0, bins="hsv", object="car", reach=20):
+def fig3(canvas, *, layout="3x3", span=1.0, bins="hsv", object="car", reach=20, seed=0):
     """The distance over rotation and x location, for one kernel (a) and for several (b).
 
     Above, the two surfaces over the same axes; below, their cut along rotation through the true place.  The object is learnt in one
     rendered frame and looked for in the next, which differs by its sensor noise.  One centred round kernel sees the same
     histogram whatever the angle: its valley is flat, and only several kernels make a pit.
     """
-    scene, bins = still(object), ColorBins(bins)
-    seen = [bins(frame) for frame in scene.frames]
-    x, theta = np.linspace(-reach, reach, 61), np.deg2rad(np.linspace(-60, 60, 61))
-    grid = displaced(scene.truth[0], x, 0, theta[:, None])
-    kernels = [Kernels(name, span=min(span, 1.0) if name == "one" else span, samples=2400) for name in ("one", layout)]
-    surfaces = [learn(seen[0], scene.truth[0], bins, k).distances(seen[1], grid) for k in kernels]
-
+    x, theta, surfaces = cost_surfaces(layout, span, bins, object, reach, seed)
     degrees, top = np.rad2deg(theta), max(z.max() for z in surfaces)
     titles = ("(a) one kernel", f"(b) {layout} kernels" if layout != "one" else "(b) one kernel again")
     for place, z, title in zip(((-0.02, 0.33, 0.54, 0.63), (0.46, 0.33, 0.54, 0.63)), surfaces, titles):
@@ -120,32 +128,33 @@ def fig3(canvas, *, layout="3x3", span=1.0, bins="hsv", object="car", reach=20):
 
 
 @figure("teuliere2009.fig4", size=(10, 6), exposure=(0.0, 1.0, 0.1), speed=(0, 40, 4), layout=["one", "2x2", "3x3", "4x4"], object=list(OBJECTS))
-def fig4(canvas, *, exposure=0.8, speed=24, layout="3x3", object="car"):
+def fig4(canvas, *, exposure=0.8, speed=24, layout="3x3", object="car", seed=0):
     """Blurring due to fast motion.
 
     Above, the object standing still and the same object crossing the same place while the shutter is open: the frame is the mean of
     sub-frame renders over the exposure.  Below, the distance to the still object over rotation and x location in either frame, its
     lowest point marked.  Speed and exposure are ours; the paper prints one blurred frame.
     """
-    sharp, blurred = still(object), sequence(_crossing(object, exposure, float(speed)))
-    bins, x, theta = ColorBins(), np.linspace(-30, 30, 61), np.deg2rad(np.linspace(-60, 60, 61))
+    sharp, blurred = still(object, seed), sequence(_crossing(object, exposure, float(speed), seed + 1))
+    bins, x, theta = ColorBins(), np.linspace(-30, 30, 41), np.deg2rad(np.linspace(-60, 60, 41))
     target = learn(bins(sharp.frames[0]), sharp.truth[0], bins, Kernels(layout))
     frames = sharp.frames[1], blurred.frames[1]
     grid = displaced(sharp.truth[0], x, 0, theta[:, None])
     surfaces = [target.distances(bins(frame), grid) for frame in frames]
 
-    axes, degrees = canvas.subplots(2, 2, height_ratios=(1.15, 1)), np.rad2deg(theta)
+    places = {"right": 0.88, "bottom": 0.09, "top": 0.95}
+    axes, degrees = canvas.subplots(2, 2, height_ratios=(1.15, 1), gridspec_kw=places), np.rad2deg(theta)
     for ax, frame, title in zip(axes[0], frames, ("standing still", f"{speed} px a frame, shutter open for {exposure:g} of it")):
         show_frame(ax, frame, title)
         draw_region(ax, sharp.truth[0])
         ax.set(xlim=(80, 240), ylim=(170, 70))
     for ax, z in zip(axes[1], surfaces):
-        mesh = draw_map(ax, x, degrees, z, (0, 0.7), xlabel="x [px]", ylabel="rotation [deg]", title=f"distance at the truth {z[30, 30]:.2f}")
-    canvas.colorbar(mesh, ax=axes[1], label="distance")
+        mesh = draw_map(ax, x, degrees, z, (0, 0.7), xlabel="x [px]", ylabel="rotation [deg]", title=f"distance at the truth {z[20, 20]:.2f}")
+    canvas.colorbar(mesh, cax=canvas.add_axes((0.905, 0.09, 0.015, 0.36)), label="distance")
     return {"sharp": surfaces[0], "blurred": surfaces[1], "x": x, "theta": theta}
 
 
-def _crossing(texture, exposure, speed):
+def _crossing(texture, exposure, speed, seed):
     """An object that is at the middle of the image in frame 1, moving along x at a constant speed [px a frame]."""
     path = ((0.0, 160.0 - speed, 120.0, 0.0, 1.0), (2.0, 160.0 + speed, 120.0, 0.0, 1.0))
-    return Scene(Layer(texture, WIDTH, path), length=2, shutter=exposure, seed=1)
+    return Scene(Layer(texture, WIDTH, path), length=2, shutter=exposure, seed=seed)
