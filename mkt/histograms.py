@@ -112,7 +112,7 @@ def histograms(image, m, kernels, regions):
     q = np.empty((len(regions), len(kernels.weights), m), np.float32)
     rows = _chunk(kernels)
     for start in range(0, len(regions), rows):
-        labels = _sample(image, m, kernels.points, regions[start:start + rows])
+        labels = sample(image, m, kernels.points, regions[start:start + rows])
         q[start:start + rows] = count(labels, m, kernels)
     total = q.sum(-1, keepdims=True)
     return np.divide(q, total, out=q, where=total > 0)
@@ -125,7 +125,7 @@ def _chunk(kernels):
     return cached if kernels.parts is None else max(min(cached, 255 // j), 1)
 
 
-def _sample(image, m, points, regions):
+def sample(image, m, points, regions):
     """Bin number under every sample point, m where it lies outside the image.  Returns (k, n)."""
     a = np.nan_to_num(warp_matrices(regions), nan=-1e6, posinf=-1e6, neginf=-1e6).astype(np.float32)
     p = np.concatenate([points.T, np.ones((1, len(points)))]).astype(np.float32)
@@ -165,6 +165,14 @@ def distance(rho, axis=None):
     """
     d2 = np.maximum(1.0 - np.asarray(rho, float), 0.0)
     return np.sqrt(d2 if axis is None else d2.mean(axis))
+
+
+def log_likelihood(rho, lam=20.0, combine="sum"):
+    """ln p(z | x) = -lam sum_j d_j^2 up to a constant: (13) of [T09], (9) of [C14]; with lam = 1 / (2 sigma^2) also (10) of [N03].
+
+    rho: (..., J) coefficients; lam: 20 as printed; combine: "sum" over the kernels, or their "mean", which is flatter.  Returns (...).
+    """
+    return -lam * getattr(np, combine)(np.maximum(1.0 - np.asarray(rho, float), 0.0), axis=-1)
 
 
 class Target(NamedTuple):

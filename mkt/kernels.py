@@ -114,6 +114,19 @@ class Kernels:
         return self._grid[1]
 
     @cached_property
+    def slopes(self):
+        """(2, J, n) derivatives of the weights along x and y of the object plane, the normaliser C held fixed.
+
+        Epanechnikov: -2 C (p - c_j) / h^2 on the support.  Raises ValueError for any other profile, which has none.
+        """
+        if self.profile != "epanechnikov" or self.layout in ("tiles", "ellipse"):
+            raise ValueError(f"{self.layout} {self.profile} kernels have no slope; use Epanechnikov ones")
+        plane = self.points * self.half_sides
+        raw = self.weigh(plane)
+        slope = -2 * (plane - self.centres[:, None]) / self.radii**2 * (raw > 0)[..., None]
+        return np.moveaxis(slope, -1, 0) / raw.sum(1)[:, None]
+
+    @cached_property
     def parts(self):
         """(n,) the kernel of each sample where the kernels are a partition with constant weights, else None."""
         seen = self.weights > 0

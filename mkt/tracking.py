@@ -62,6 +62,11 @@ class Track(NamedTuple):
     info: dict[str, list]
 
 
+def report(region, distance, lost_above, **more):
+    """The info of a step: the estimate (5,), its likelihood exp(-20 d^2) with lambda as printed in [T09], whether it is lost, and more."""
+    return {"region": region, "score": float(np.exp(-20 * distance**2)), "distance": float(distance), "lost": bool(distance > lost_above), **more}
+
+
 def track(tracker, sequence, seed=0, start=None):
     """Run a tracker over a sequence, started on the first true region or on `start` (5,).
 
