@@ -1,0 +1,28 @@
+"""From notebooks to a book: `build` goes the whole way, one module a station.
+
+`mkt.book.catalogue` reads book.toml, `mkt.book.execute` runs the notebooks, `mkt.book.checks` says what a notebook must be before and
+after, `mkt.book.pages` writes the pages around them, `mkt.book.site` lets Sphinx make the site of it all.
+"""
+
+from mkt.book import catalogue, checks, execute, site
+from mkt.book.catalogue import ROOT, BookError
+
+BUILD = ROOT / "_build"
+
+
+def build(folder=BUILD):
+    """Execute the chapters that changed and make the site.
+
+    Returns the path of its first page.  Raises BookError when a chapter fails, naming notebook and cell, or when the catalogue is wrong.
+    """
+    book = catalogue.read()
+    notebooks = execute.execute_all(book.chapters, folder / "executed")
+    pictureless = [f"{name}: {trouble}" for name, notebook in notebooks.items() for trouble in checks.executed(notebook)]
+    if pictureless:
+        raise BookError("\n".join(pictureless))
+    return site.make(book, notebooks, folder)
+
+
+def strip_all():
+    """Strip every notebook of the book in place.  Returns the paths of those that changed."""
+    return [chapter.notebook for chapter in catalogue.read().chapters if checks.strip_file(chapter.notebook)]

@@ -1,0 +1,119 @@
+"""The pages around the chapters: first page, gallery, library reference, Sphinx's configuration.  Each function returns the text of one file."""
+
+import html
+import importlib
+import pkgutil
+
+import mkt
+from mkt import figures
+
+EXTENSIONS = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "mkt.book.math_svg"]
+ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
+
+
+def configuration(book):
+    """conf.py."""
+    settings = {
+        "project": book.title, "html_title": book.title, "extensions": EXTENSIONS, "default_role": "py:obj",
+        "nb_execution_mode": "off", "nb_ipywidgets_js": {}, "nb_render_markdown_format": "myst",
+        "myst_enable_extensions": ["dollarmath", "amsmath", "deflist"], "myst_heading_anchors": 3, "html_math_renderer": "svg",
+        "autodoc_default_options": {"members": True, "member-order": "bysource"}, "autodoc_preserve_defaults": True,
+        "html_theme": "furo", "html_static_path": ["_static"], "html_css_files": ["mkt.css"], "html_show_copyright": False,
+        "html_copy_source": False, "html_show_sourcelink": False,
+        "pygments_style": "friendly", "pygments_dark_style": "github-dark",
+        "html_theme_options": {f"{mode}_css_variables": {"color-brand-primary": color, "color-brand-content": color}
+                               for mode, color in ACCENT.items()},
+    }
+    return "".join(f"{name} = {value!r}\n" for name, value in settings.items())
+
+
+def first(book):
+    """index.md: what the book is, its cover figure, its chapters."""
+    where = next(chapter for chapter in book.chapters if book.cover in chapter.figures)
+    entry = figures.get(book.cover)
+    chapters = "\n".join(f'<li><a href="{c.name}.html">{html.escape(c.title)}</a><span>{html.escape(c.summary)}</span></li>' for c in book.chapters)
+    return f"""# {book.title}
+
+{book.description}
+
+```{{raw}} html
+<a class="mkt-cover" href="{where.name}.html#{anchor(book.cover)}"><img src="_static/gallery/{book.cover}.webp" alt="{html.escape(entry.title)}"></a>
+<h2>Chapters</h2>
+<ol class="mkt-chapters">
+{chapters}
+</ol>
+```
+
+## How to use it
+
+Here, a slider moves one parameter at a time. To move them together, to change the code and to do the exercises, run the chapters yourself:
+
+```
+python3 -m mkt lab
+```
+
+Every figure is one function of the library, and the [gallery](gallery.md) leads to all of them. Letters are explained on the
+[symbols](symbols.md) page, functions in the [library](api/index.rst).
+
+```{{toctree}}
+:hidden:
+:caption: Chapters
+
+{chr(10).join(chapter.name for chapter in book.chapters)}
+```
+
+```{{toctree}}
+:hidden:
+:caption: Reference
+
+gallery
+symbols
+api/index
+```
+"""
+
+
+def gallery(book):
+    """gallery.md: every registered figure, by paper, with links to its chapter and to its source."""
+    chapter_of = {id: chapter for chapter in book.chapters for id in chapter.figures}
+    papers = {}
+    for entry in figures.registry().values():
+        papers.setdefault(entry.function.__module__, []).append(_card(entry, chapter_of[entry.id]))
+    sections = [f"## {_headline(module)}\n\n```{{raw}} html\n<div class=\"mkt-gallery\">\n{''.join(cards)}</div>\n```\n" for module, cards in papers.items()]
+    return "\n".join(["# Gallery\n\nAll figures of the book. A picture leads to its sliders, *source* to the function that draws it.\n", *sections])
+
+
+def _card(entry, chapter):
+    page = f"{chapter.name}.html"
+    return (f'<div class="mkt-card"><a href="{page}#{anchor(entry.id)}"><img loading="lazy" src="_static/gallery/{entry.id}.webp" alt=""></a>'
+            f'<p><a href="{page}#{anchor(entry.id)}">{html.escape(entry.title)}</a></p>'
+            f'<p><code>{entry.id}</code> · <a href="{page}">{html.escape(chapter.title)}</a> · <a href="{_source(entry)}">source</a></p></div>\n')
+
+
+def _source(entry):
+    return f"_modules/{entry.function.__module__.replace('.', '/')}.html#{entry.function.__name__}"
+
+
+def _headline(module):
+    return importlib.import_module(module).__doc__.split("\n")[0].rstrip(".")
+
+
+def anchor(id):
+    """The HTML id under which a figure is found on its chapter's page."""
+    return "fig-" + id.replace(".", "-")
+
+
+def modules():
+    """The names of all modules of the library, those under construction by Sphinx and the command line's door left out."""
+    return ["mkt", *(info.name for info in pkgutil.walk_packages(mkt.__path__, "mkt.") if info.name != "mkt.__main__")]
+
+
+def library(names):
+    """api/index.rst, the map of the library."""
+    entries = "\n".join(f"   {name}" for name in names[1:])
+    return f"Library\n=======\n\n.. automodule:: mkt\n\n.. toctree::\n   :maxdepth: 1\n\n{entries}\n"
+
+
+def module(name):
+    """api/NAME.rst, one module's reference."""
+    return f"{name}\n{'=' * len(name)}\n\n.. automodule:: {name}\n"
