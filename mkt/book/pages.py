@@ -7,7 +7,7 @@ import pkgutil
 import mkt
 from mkt import figures
 
-EXTENSIONS = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "mkt.book.math_svg"]
+EXTENSIONS = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "mkt.book.math_svg", "mkt.book.docstrings"]
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
 
 
@@ -84,9 +84,9 @@ def gallery(book):
 
 
 def _card(entry, chapter):
-    page = f"{chapter.name}.html"
+    page, title = f"{chapter.name}.html", html.escape(entry.title.rstrip("."))
     return (f'<div class="mkt-card"><a href="{page}#{anchor(entry.id)}"><img loading="lazy" src="_static/gallery/{entry.id}.webp" alt=""></a>'
-            f'<p><a href="{page}#{anchor(entry.id)}">{html.escape(entry.title)}</a></p>'
+            f'<p><a href="{page}#{anchor(entry.id)}">{title}</a></p>'
             f'<p><code>{entry.id}</code> · <a href="{page}">{html.escape(chapter.title)}</a> · <a href="{_source(entry)}">source</a></p></div>\n')
 
 

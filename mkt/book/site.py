@@ -79,8 +79,7 @@ def thumbnails(folder):
     if mark.is_file() and mark.read_text() == library_key():
         return
     for entry in tqdm(figures.registry().values(), desc="gallery", unit="figure", disable=None):
-        canvas = figures.new_canvas(entry, THUMBNAIL_DPI)
-        entry.draw(canvas)
+        canvas, _ = entry.draw(THUMBNAIL_DPI)
         canvas.savefig(folder / f"{entry.id}.webp", pil_kwargs={"quality": 80})
     mark.write_text(library_key())
 
