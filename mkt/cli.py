@@ -95,8 +95,7 @@ def run_figure(args):
         if args.list:
             return print(_listing(figures, args.id))
         entry = figures.get(args.id)
-        canvas = figures.new_canvas(entry, dpi=200)
-        entry.draw(canvas, **_parameters(entry, args.set))
+        canvas, _ = entry.draw(dpi=200, **_parameters(entry, args.set))
         canvas.savefig(args.output)
     except (KeyError, ValueError, OSError) as error:
         sys.exit(f"mkt figure: {error.args[0] if isinstance(error, KeyError) else error}")

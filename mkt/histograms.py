@@ -16,7 +16,8 @@ Chunks keep the memory at a few megabytes however many regions there are.  Expla
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from threading import get_ident
 from typing import NamedTuple
 
 import cv2
@@ -89,14 +90,14 @@ class ColorBins:
         if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8:
             raise ValueError(f"a frame must be (H, W, 3) uint8 RGB, not {frame.shape} {frame.dtype}")
         channels = cv2.split(frame if self.space == "rgb" else cv2.cvtColor(frame, cv2.COLOR_RGB2HSV))
-        looked_up = [_look_up(channel, table) for channel, table in zip(channels, self._tables)]
+        looked_up = [_translated(channel, table) for channel, table in zip(channels, self._tables)]
         if self.space == "hsv":
             grey = (channels[1] <= 255 * self.s_min) | (channels[2] <= 255 * self.v_min)
             return np.where(grey, looked_up[2], looked_up[0] + looked_up[1])
         return sum(looked_up[1:], looked_up[0])
 
 
-def _look_up(channel, table):
+def _translated(channel, table):
     return cv2.LUT(channel, table) if table.dtype == np.uint8 else table[channel]
 
 
@@ -110,12 +111,12 @@ def histograms(image, m, kernels, regions):
     regions = np.atleast_2d(np.asarray(regions, float))
     count = _weighted if kernels.parts is None else _counted
     q = np.empty((len(regions), len(kernels.weights), m), np.float32)
-    rows = _chunk(kernels)
+    rows, matrices = _chunk(kernels), _finite_matrices(regions)
     for start in range(0, len(regions), rows):
-        labels = sample(image, m, kernels.points, regions[start:start + rows])
-        q[start:start + rows] = count(labels, m, kernels)
-    total = q.sum(-1, keepdims=True)
-    return np.divide(q, total, out=q, where=total > 0)
+        counts = count(_look_up(image, m, kernels, matrices[start:start + rows]), m, kernels)
+        total = counts @ np.ones((m, 1), np.float32)  # three times as fast as sum(-1)
+        np.divide(counts, np.maximum(total, 1e-9), out=q[start:start + rows])
+    return q
 
 
 def _chunk(kernels):
@@ -125,19 +126,43 @@ def _chunk(kernels):
     return cached if kernels.parts is None else max(min(cached, 255 // j), 1)
 
 
-def sample(image, m, points, regions):
-    """Bin number under every sample point, m where it lies outside the image.  Returns (k, n)."""
-    a = np.nan_to_num(warp_matrices(regions), nan=-1e6, posinf=-1e6, neginf=-1e6).astype(np.float32)
-    p = np.concatenate([points.T, np.ones((1, len(points)))]).astype(np.float32)
-    return cv2.remap(image, a[:, 0] @ p, a[:, 1] @ p, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=m)
+def sample(image, m, kernels, region):
+    """Bin number under every sample point of one region (5,), m where it lies outside the image.  Returns (n,)."""
+    return _look_up(image, m, kernels, _finite_matrices(region[None]))[0]
+
+
+def _finite_matrices(regions):
+    """The maps (N, 2, 3) from canonical points to the image; what is not finite goes far outside."""
+    return np.nan_to_num(warp_matrices(regions), nan=-1e6, posinf=-1e6, neginf=-1e6).astype(np.float32)
+
+
+def _look_up(image, m, kernels, matrices):
+    """Bin numbers under the sample points, (k, n), for maps (k, 2, 3); the next call overwrites them."""
+    x, y, labels = _room(get_ident(), len(matrices), len(kernels.points), image.dtype)
+    np.matmul(matrices[:, 0], kernels.homogeneous, out=x)
+    np.matmul(matrices[:, 1], kernels.homogeneous, out=y)
+    return cv2.remap(image, x, y, cv2.INTER_NEAREST, labels, cv2.BORDER_CONSTANT, m)
+
+
+@lru_cache(maxsize=32)
+def _room(_thread, k, n, dtype):
+    """Arrays to work in, kept: asking the system for fresh memory for every chunk can take longer than the work itself."""
+    return np.empty((k, n), np.float32), np.empty((k, n), np.float32), np.empty((k, n), dtype)
 
 
 def _counted(labels, m, kernels):
     """Histograms for constant weights, unnormalised: labels (k, n) -> (k, J, m)."""
     k, j = len(labels), len(kernels.weights)
-    number = (kernels.parts + j * np.arange(k)[:, None]).astype(labels.dtype)
+    number = _numbers(kernels, labels.dtype)[:k]
     counts = cv2.calcHist([number, labels], [0, 1], None, [k * j, m], [0, k * j, 0, m])
     return counts.reshape(k, j, m)
+
+
+@lru_cache(maxsize=64)
+def _numbers(kernels, dtype):
+    """The kernel that each sample of a whole chunk counts for, numbered through the chunk.  Returns (chunk, n)."""
+    j = len(kernels.weights)
+    return (kernels.parts + j * np.arange(_chunk(kernels))[:, None]).astype(dtype)
 
 
 def _weighted(labels, m, kernels):

@@ -108,6 +108,11 @@ class Kernels:
         """(n, 2) sample points in the canonical square."""
         return self._grid[0]
 
+    @cached_property
+    def homogeneous(self):
+        """(3, n) float32: x, y and 1 of the sample points, ready for a product with affine maps (2, 3)."""
+        return np.vstack([self.points.T, np.ones(len(self.points))]).astype(np.float32)
+
     @property
     def weights(self):
         """(J, n) kernel weights K, each row of sum 1: C_j k_ij of (7), (8) in [T09]."""

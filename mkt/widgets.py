@@ -34,8 +34,7 @@ def show(id, **parameters):
     for an unknown parameter, both listing the known ones.
     """
     entry = figures.get(id)
-    canvas = figures.new_canvas(entry, SHARP_DPI)
-    entry.draw(canvas, **parameters)
+    canvas, _ = entry.draw(SHARP_DPI, **parameters)
     return Image(_encode(canvas, ".png"), format="png", width=_width(entry), alt=f"{entry.title} {entry.caption}".replace("\n", " "))
 
 
@@ -48,13 +47,13 @@ def explore(id, **fixed):
 
 
 class Panel(ipywidgets.VBox):
-    """The live figure: sliders, and one image fed from one reused matplotlib Figure.
+    """The live figure: sliders, and one image that every move draws afresh.
 
     values: {name: value} of every parameter; numbers: what the figure's function returned for them.
     """
 
     def __init__(self, entry, fixed):
-        self._entry, self._fixed, self._canvas = entry, fixed, figures.new_canvas(entry, LIVE_DPI)
+        self._entry, self._fixed = entry, fixed
         self._controls = {name: _control(entry, name) for name in entry.sliders if name not in fixed}
         self._image = ipywidgets.Image(format="png", width=_width(entry), layout={"max_width": "100%", "object_fit": "contain"})
         self._trouble = ipywidgets.HTML()
@@ -91,8 +90,8 @@ class Panel(ipywidgets.VBox):
             self._trouble.value = f'<pre style="color: #b00020; white-space: pre-wrap">{html.escape(traceback.format_exc(limit=-3))}</pre>'
 
     def _draw(self):
-        self.numbers = self._entry.draw(self._canvas, **self.values)
-        self._image.value = _encode(self._canvas, ".png", cv2.IMWRITE_PNG_COMPRESSION, 1)
+        canvas, self.numbers = self._entry.draw(LIVE_DPI, **self.values)
+        self._image.value = _encode(canvas, ".png", cv2.IMWRITE_PNG_COMPRESSION, 1)
 
 
 def _control(entry, name):
@@ -108,7 +107,7 @@ class Page:
     """
 
     def __init__(self, entry, fixed):
-        self._entry, self._canvas = entry, figures.new_canvas(entry, PAGE_DPI)
+        self._entry = entry
         self.values = entry.defaults | fixed
         self._frames = [self._frame({})]
         self.numbers = self._numbers
@@ -132,8 +131,8 @@ class Page:
         return len(self._frames) - 1
 
     def _frame(self, change):
-        self._numbers = self._entry.draw(self._canvas, **(self.values | change))
-        return "data:image/webp;base64," + base64.b64encode(_encode(self._canvas, ".webp", cv2.IMWRITE_WEBP_QUALITY, 80)).decode()
+        canvas, self._numbers = self._entry.draw(PAGE_DPI, **(self.values | change))
+        return "data:image/webp;base64," + base64.b64encode(_encode(canvas, ".webp", cv2.IMWRITE_WEBP_QUALITY, 80)).decode()
 
 
 def _spread(values, default):

@@ -11,6 +11,8 @@ import inspect
 from dataclasses import dataclass
 from typing import Callable
 
+from mkt.plotting import canvas
+
 MODULES = ("teuliere2009", "nummiaro2003", "own")
 _REGISTRY = {}
 
@@ -50,16 +52,17 @@ class Entry:
         values = {low + i * step if integer else round(low + i * step, 10) for i in range(int(round((high - low) / step)) + 1)}
         return sorted(values | {self.defaults[name]})
 
-    def draw(self, canvas, **parameters):
-        """Clear a matplotlib Figure and draw on it.
+    def draw(self, dpi=100, **parameters):
+        """Draw the figure, with the paper's values but for `parameters`, at dpi dots an inch.
 
-        Returns the dict of numbers that the picture shows.  Raises ValueError naming an unknown parameter and the known ones.
+        Returns a new matplotlib Figure (clearing an old one takes longer) and the dict of numbers that it shows.  Raises ValueError
+        naming an unknown parameter and the known ones.
         """
         unknown = sorted(set(parameters) - set(self.defaults))
         if unknown:
             raise ValueError(f"{self.id} has no parameter {unknown[0]!r}; it takes {', '.join(self.defaults)}")
-        canvas.clear()
-        return self.function(canvas, **(self.defaults | parameters))
+        drawn = canvas(self.size, dpi)
+        return drawn, self.function(drawn, **(self.defaults | parameters))
 
 
 def figure(id, size=(8.0, 4.0), **sliders):
@@ -89,10 +92,3 @@ def get(id):
     if id not in known:
         raise KeyError(f"no figure {id!r}; there are {', '.join(known)}")
     return known[id]
-
-
-def new_canvas(entry, dpi=100):
-    """A blank matplotlib Figure of the entry's size, in the style of the book, outside pyplot's list of open figures."""
-    from mkt.plotting import canvas
-
-    return canvas(entry.size, dpi)

@@ -59,7 +59,7 @@ def differentiate(target, image, region, derivative_of_c=True):
     """
     m, (j, n) = target.bins.m, target.kernels.weights.shape
     pairs = template(target.kernels)
-    labels = sample(image, m, target.kernels.points, region[None])[0]
+    labels = sample(image, m, target.kernels, region)
     place = labels[pairs.sample] + (m + 1) * pairs.kernel
     size = j * (m + 1)
     counts = np.bincount((place + size * np.arange(5)[:, None]).ravel(), pairs.columns.ravel(), 5 * size).reshape(5, j, m + 1)[..., :m]
