@@ -8,7 +8,7 @@ How the histograms are made, and what was tried (500 regions, 4,800 samples, nin
 
 * sample positions: a float32 matrix product a chunk of regions, then ``cv2.remap`` (nearest) on the bin image;
 * constant weights: one two-channel ``cv2.calcHist`` a chunk, whose first channel is the number of the kernel in the chunk;
-* other weights: a sparse matrix with one 1 a sample (bin by sample) times K: 2 to 3 times the cost of constant ones.  Tried and
+* other weights: a sparse matrix with one 1 a sample (bin by sample) times K: about twice the cost of constant ones.  Tried and
   slower: ``np.bincount`` with weights once a kernel (11 x) or once over all (sample, kernel) pairs (6 x), a one-hot matrix product
   (19 x), and ``calcHist`` over small cells of constant weight followed by a product (3 to 4 x, and not exact).
 

@@ -15,11 +15,12 @@ from mkt.textures import OBJECTS
 
 SPACES = ["hsv", "rgb", "hs"]
 WIDTH = 96.0  # of the object [px]; ours, the paper does not say
+MIDDLE = 159.5, 119.5  # of the image, between two pixels: the edges of an object of even width fall between pixels too
 
 
 def still(texture, seed=0):
     """Two frames of an object that stands still before the workshop: only the sensor noise differs."""
-    return sequence(Scene(Layer(texture, WIDTH, ((0.0, 160.0, 120.0, 0.0, 1.0),)), length=2, seed=seed))
+    return sequence(Scene(Layer(texture, WIDTH, ((0.0, *MIDDLE, 0.0, 1.0),)), length=2, seed=seed))
 
 
 def pulled_back(frame, region, kernels, n=160):
@@ -156,5 +157,5 @@ def fig4(canvas, *, exposure=0.8, speed=24, layout="3x3", object="car", seed=0):
 
 def _crossing(texture, exposure, speed, seed):
     """An object that is at the middle of the image in frame 1, moving along x at a constant speed [px a frame]."""
-    path = ((0.0, 160.0 - speed, 120.0, 0.0, 1.0), (2.0, 160.0 + speed, 120.0, 0.0, 1.0))
+    path = ((0.0, MIDDLE[0] - speed, MIDDLE[1], 0.0, 1.0), (2.0, MIDDLE[0] + speed, MIDDLE[1], 0.0, 1.0))
     return Scene(Layer(texture, WIDTH, path), length=2, shutter=exposure, seed=seed)
