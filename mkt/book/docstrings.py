@@ -1,11 +1,14 @@
 """A Sphinx extension: the library's plain docstrings, made readable for Sphinx.
 
-In the source, parameters are aligned lines ``name:  text``.  On the page, two or more of them in a row become a list.
+In the source, parameters are aligned lines ``name:  text`` and formulas are plain text.  On the page, two or more such lines in a row
+become a list, and the signs of a formula that Sphinx would take for markup are protected from it.
 """
 
 import re
 
 ITEM = re.compile(r"(\w[\w, ]*):\s+(\S.*)")
+MEANT = re.compile(r"(``.*?``|`.*?`|(?<![\w*])\*{1,2}\w[^*]*\*{1,2}(?![\w*])|^ *\* )", re.S | re.M)  # code, emphasis, bullets
+SIGN = re.compile(r"[|*]|(?<=\w)_(?!\w)")
 
 
 def setup(app):
@@ -15,8 +18,13 @@ def setup(app):
 
 
 def _rewrite(app, kind, name, thing, options, lines):
-    paragraphs = re.split(r"\n\s*\n", "\n".join(lines))
+    paragraphs = re.split(r"\n\s*\n", escaped("\n".join(lines)))
     lines[:] = "\n\n".join(listed(paragraph) for paragraph in paragraphs).split("\n")
+
+
+def escaped(text):
+    """The text with a backslash before bars, stars and trailing underscores that stand outside of code, emphasis and bullets."""
+    return "".join(part if i % 2 else SIGN.sub(r"\\\g<0>", part) for i, part in enumerate(MEANT.split(text)))
 
 
 def listed(paragraph):

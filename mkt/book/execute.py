@@ -73,15 +73,18 @@ async def run(chapter, on_cell=lambda: None):
     Returns the executed notebook; on_cell is called after each code cell.  Raises BookError naming notebook, cell and traceback.
     """
     notebook, cells = strip(nbformat.read(chapter.notebook, 4)), []
-    client = Client(notebook, config=_config(), timeout=None, store_widget_state=False, record_timing=False,
-                    resources={"metadata": {"path": str(chapter.notebook.parent)}},
+    client = Client(notebook, config=_config(), timeout=None, record_timing=False, resources={"metadata": {"path": str(chapter.notebook.parent)}},
                     extra_arguments=["--InlineBackend.figure_formats={'retina'}"],
                     on_cell_start=lambda cell, cell_index: cells.append(cell), on_cell_executed=lambda **_: on_cell())
+    limit = asyncio.timeout(chapter.timeout)
     try:
-        return await asyncio.wait_for(client.async_execute(env=_environment()), chapter.timeout)
-    except (CellExecutionError, DeadKernelError, TimeoutError) as error:
+        async with limit:
+            await client.async_execute(env=_environment())
+    except (RuntimeError, CellExecutionError, DeadKernelError, TimeoutError) as error:
         at = f"cell {cells[-1].id}:\n\n{cells[-1].source}\n\n" if cells else ""
-        raise BookError(f"{chapter.notebook.name}, {at}{_reason(error, chapter)}") from None
+        raise BookError(f"{chapter.notebook.name}, {at}{_reason(error, chapter, limit)}") from None
+    notebook.metadata.pop("widgets", None)  # nbclient needs the state of widgets while it runs; a page without kernel has no use for it
+    return notebook
 
 
 def _config():
@@ -93,12 +96,12 @@ def _environment():
     return {name: value for name, value in os.environ.items() if name != "MPLBACKEND"} | {"MKT_STATIC": "1"}
 
 
-def _reason(error, chapter):
-    if isinstance(error, TimeoutError):
+def _reason(error, chapter, limit):
+    if limit.expired():  # nbclient takes the cancelled wait for a dead kernel, so the error does not tell
         return f"not finished after {chapter.timeout:g} s, the timeout of the chapter in book.toml"
     if isinstance(error, DeadKernelError):
         return "the kernel died, perhaps for want of memory"
-    return re.sub(r"\x1b\[[0-9;]*m", "", error.traceback)
+    return re.sub(r"\x1b\[[0-9;]*m", "", getattr(error, "traceback", str(error)))
 
 
 def key(chapter):
