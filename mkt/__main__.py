@@ -149,4 +149,5 @@ if __name__ == "__main__":
     try:
         sys.exit(main())
     except KeyboardInterrupt:
-        sys.exit("\nStopped.  Nothing is half made; the next run takes up what is missing.")
+        say("\nStopped.  Nothing is half made; the next run takes up what is missing.")
+        sys.exit(130)  # what shells expect of a program stopped by Ctrl-C

@@ -73,7 +73,8 @@ async def run(chapter, on_cell=lambda: None):
     Returns the executed notebook; on_cell is called after each code cell.  Raises BookError naming notebook, cell and traceback.
     """
     notebook, cells = strip(nbformat.read(chapter.notebook, 4)), []
-    client = Client(notebook, config=_config(), timeout=None, record_timing=False, resources={"metadata": {"path": str(chapter.notebook.parent)}},
+    client = Client(notebook, config=_config(), timeout=None, record_timing=False, shutdown_kernel="immediate",
+                    resources={"metadata": {"path": str(chapter.notebook.parent)}},
                     extra_arguments=["--InlineBackend.figure_formats={'retina'}"],
                     on_cell_start=lambda cell, cell_index: cells.append(cell), on_cell_executed=lambda **_: on_cell())
     limit = asyncio.timeout(chapter.timeout)
