@@ -16,7 +16,7 @@ def positions(id):
     yield {}
     for name in entry.sliders:
         values = entry.values(name)
-        yield from ({name: value} for value in {values[0], values[-1]} - {entry.defaults[name]})
+        yield from ({name: value} for value in (values[0], values[-1]) if value != entry.defaults[name])
 
 
 @pytest.mark.parametrize("id, parameters", [(id, p) for id in IDS for p in positions(id)], ids=str)
