@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+HANDING_ON = ("test", "lab")  # commands whose unknown arguments go to pytest and to JupyterLab
 NOTE = "The first command sets up .venv from environment.txt (a minute or two; with uv installed, seconds)."
 
 
@@ -18,7 +19,10 @@ def parser():
     test = _command(commands, "test", run_tests, "run the tests", "Runs pytest.  Everything after `test` is handed to it.",
                     "test", "test -k widgets", "test tests/test_regions.py -x -n 0")
     test.usage = "python3 -m mkt test [-h] [PYTEST ARGUMENT ...]"
-    _command(commands, "lab", run_lab, "open the notebooks in JupyterLab", "Opens JupyterLab on the folder notebooks/ in your browser; Ctrl-C ends it.")
+    lab = _command(commands, "lab", run_lab, "open the notebooks in JupyterLab",
+                   "Opens JupyterLab on the folder notebooks/ in your browser; Ctrl-C ends it.  Everything after `lab` is handed to it.",
+                   "lab", "lab --no-browser --port 9000")
+    lab.usage = "python3 -m mkt lab [-h] [JUPYTERLAB ARGUMENT ...]"
     _figure_arguments(_command(commands, "figure", run_figure, "draw one figure into a file", "Draws a registered figure with the paper's values, or yours.",
                                "figure --list", "figure teuliere2009.fig3 -o fig3.pdf", "figure teuliere2009.fig3 -o wide.png --set span=1.2 bins=rgb"))
     _command(commands, "bench", run_bench, "time the hot loop against its rivals", "Prints CPU milliseconds (median, one thread) side by side, with ratios.")
@@ -49,7 +53,7 @@ def parse(arguments):
         top.print_help()
         sys.exit(2)
     args, rest = top.parse_known_args(arguments)
-    if rest and args.command != "test":
+    if rest and args.command not in HANDING_ON:
         top.error(f"unrecognized arguments: {' '.join(rest)}")
     if args.command == "figure" and not args.list and not (args.id and args.output):
         top.error("figure needs an ID and -o FILE; `python3 -m mkt figure --list` lists the figures")
@@ -84,7 +88,7 @@ def run_lab(args):
     """Open JupyterLab on the notebooks."""
     from jupyterlab.labapp import main
 
-    return main([f"--ServerApp.root_dir={ROOT / 'notebooks'}"])
+    return main([f"--ServerApp.root_dir={ROOT / 'notebooks'}", *args.rest])
 
 
 def run_figure(args):

@@ -39,8 +39,9 @@ def test_a_mistyped_command_is_refused_before_anything_is_installed(words, said)
     assert said in result.stdout + result.stderr
 
 
-def test_arguments_after_test_go_to_pytest_in_order():
+def test_arguments_after_test_and_lab_are_handed_on_in_order():
     assert cli.parse(["test", "-k", "widgets", "tests/test_cli.py", "-x"]).rest == ["-k", "widgets", "tests/test_cli.py", "-x"]
+    assert cli.parse(["lab", "--no-browser"]).rest == ["--no-browser"]
 
 
 @pytest.mark.parametrize("ending, magic", [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])

@@ -17,14 +17,14 @@ from mkt.book.checks import figure_cells
 from mkt.book.execute import library_key
 
 STYLE = Path(__file__).with_name("mkt.css")
-THUMBNAIL_DPI = 120
+GALLERY, THUMBNAIL_DPI = "gallery", 120
 
 
 def make(book, notebooks, folder):
     """Write the site of a `Book` with its executed notebooks, {name: notebook}.  Returns the path of the first page."""
     source = folder / "source"
     write(_sources(book, notebooks), source)
-    thumbnails(source / "_static" / "gallery")
+    thumbnails(source / "_static" / GALLERY)
     return render(source, folder)
 
 
@@ -39,9 +39,10 @@ def _sources(book, notebooks):
 
 
 def write(texts, folder):
-    """Make a folder hold these texts, {path: text}, touching only what differs, so that Sphinx reads no page twice."""
-    for path in (p for p in folder.rglob("*") if p.is_file() and p.suffix != ".webp" and p.relative_to(folder).as_posix() not in texts):
-        path.unlink()
+    """Make a folder hold these texts, {path: text}, beside the thumbnails, touching only what differs, so that Sphinx reads no page twice."""
+    for path in folder.rglob("*"):
+        if path.is_file() and path.parent.name != GALLERY and path.relative_to(folder).as_posix() not in texts:
+            path.unlink()
     for name, text in texts.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -73,11 +74,12 @@ def _described(cell):
 
 
 def thumbnails(folder):
-    """Draw every registered figure with the paper's values into folder/ID.webp, unless that is what lies there."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Draw every registered figure with the paper's values into folder/ID.webp, unless that is what lies there: the mark comes last."""
     mark = folder / "drawn-from"
     if mark.is_file() and mark.read_text() == library_key():
         return
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
     for entry in tqdm(figures.registry().values(), desc="gallery", unit="figure", disable=None):
         canvas, _ = entry.draw(THUMBNAIL_DPI)
         canvas.savefig(folder / f"{entry.id}.webp", pil_kwargs={"quality": 80})
