@@ -12,7 +12,8 @@ NOTE = "The first command sets up .venv from environment.txt (a minute or two; w
 
 def parser():
     """The `argparse.ArgumentParser` of all commands."""
-    top = argparse.ArgumentParser(prog="python3 -m mkt", description="Multiple kernel tracking: the library, its book and its tests.", epilog=NOTE)
+    top = argparse.ArgumentParser(prog="python3 -m mkt", epilog=NOTE,
+                                  description="Multiple kernel tracking: the library, its book and its tests.")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     _command(commands, "book", run_book, "execute the notebooks and build the book",
              "Executes every notebook of book.toml that changed and builds the site into _build/html; open _build/html/index.html.")
@@ -23,9 +24,12 @@ def parser():
                    "Opens JupyterLab on the folder notebooks/ in your browser; Ctrl-C ends it.  Everything after `lab` is handed to it.",
                    "lab", "lab --no-browser --port 9000")
     lab.usage = "python3 -m mkt lab [-h] [JUPYTERLAB ARGUMENT ...]"
-    _figure_arguments(_command(commands, "figure", run_figure, "draw one figure into a file", "Draws a registered figure with the paper's values, or yours.",
-                               "figure --list", "figure teuliere2009.fig3 -o fig3.pdf", "figure teuliere2009.fig3 -o wide.png --set span=1.2 bins=rgb"))
-    _command(commands, "bench", run_bench, "time the hot loop against its rivals", "Prints CPU milliseconds (median, one thread) side by side, with ratios.")
+    _figure_arguments(_command(commands, "figure", run_figure, "draw one figure into a file",
+                               "Draws a registered figure with the paper's values, or yours.",
+                               "figure --list", "figure teuliere2009.fig3 -o fig3.pdf",
+                               "figure teuliere2009.fig3 -o wide.png --set span=1.2 bins=rgb"))
+    _command(commands, "bench", run_bench, "time the hot loop against its rivals",
+             "Prints CPU milliseconds (median, one thread) side by side, with ratios.")
     _command(commands, "strip", run_strip, "remove outputs from the notebooks",
              "Removes outputs and execution counts from the notebooks of book.toml, as they are to be committed.")
     return top

@@ -39,7 +39,8 @@ def chapter(tmp_path, notebook, timeout=60):
 
 @pytest.mark.parametrize("old, new, said", [
     ("teuliere2009.fig3", "teuliere2009.fig99", "unknown figure teuliere2009.fig99"), ("01_color", "01_missing", "no notebook 01_missing"),
-    ("title", "titel", "no key 'title'"), ("timeout = 300", "timeout = ", "Invalid value"), ('["teuliere2009.fig1", ', "[", "fig1 is in no chapter"),
+    ("title", "titel", "no key 'title'"), ("timeout = 300", "timeout = ", "Invalid value"),
+    ('["teuliere2009.fig1", ', "[", "fig1 is in no chapter"),
 ])
 def test_a_wrong_catalogue_says_what_is_wrong(tmp_path, old, new, said):
     path = tmp_path / "book.toml"
@@ -155,7 +156,8 @@ def pages_of(site):
 
 def test_no_request_leaves_the_site(site, pages_of):
     loads = [(path.name, url) for path, page in pages_of.items() for url in page.loads]
-    loads += [(path.name, url) for path in site.rglob("*.css") for url in re.findall(r"(?:url\(|@import\s+)['\"]?([^)'\";]+)", path.read_text(encoding="utf-8"))]
+    loads += [(path.name, url) for path in site.rglob("*.css")
+              for url in re.findall(r"(?:url\(|@import\s+)['\"]?([^)'\";]+)", path.read_text(encoding="utf-8"))]
     assert [load for load in loads if re.match(r"(\w+:)?//", load[1])] == []
 
 
@@ -202,7 +204,8 @@ def test_aligned_parameters_become_a_list_and_prose_stays():
 
 
 @pytest.mark.parametrize("plain, safe", [
-    ("|q - q*|^2", r"\|q - q\*\|^2"), ("s *= 2", r"s \*= 2"), ("q_ of *all* ``x_ |``", r"q\_ of *all* ``x_ |``"), ("* one\n* two", "* one\n* two"),
+    ("|q - q*|^2", r"\|q - q\*\|^2"), ("s *= 2", r"s \*= 2"), ("* one\n* two", "* one\n* two"),
+    ("q_ of *all* ``x_ |``", r"q\_ of *all* ``x_ |``"),
 ])
 def test_signs_of_formulas_are_no_markup(plain, safe):
     assert escaped(plain) == safe

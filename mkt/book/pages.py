@@ -1,4 +1,7 @@
-"""The pages around the chapters: first page, gallery, library reference, Sphinx's configuration.  Each function returns the text of one file."""
+"""The pages around the chapters: first page, gallery, library reference, Sphinx's configuration.
+
+Each public function returns the text of one file.
+"""
 
 import html
 import importlib
@@ -31,13 +34,15 @@ def first(book):
     """index.md: what the book is, its cover figure, its chapters."""
     where = next(chapter for chapter in book.chapters if book.cover in chapter.figures)
     entry = figures.get(book.cover)
-    chapters = "\n".join(f'<li><a href="{c.name}.html">{html.escape(c.title)}</a><span>{html.escape(c.summary)}</span></li>' for c in book.chapters)
+    chapters = "\n".join(f'<li><a href="{c.name}.html">{html.escape(c.title)}</a><span>{html.escape(c.summary)}</span></li>'
+                         for c in book.chapters)
     return f"""# {book.title}
 
 {book.description}
 
 ```{{raw}} html
-<a class="mkt-cover" href="{where.name}.html#{anchor(book.cover)}"><img src="_static/gallery/{book.cover}.webp" alt="{html.escape(entry.title)}"></a>
+<a class="mkt-cover" href="{where.name}.html#{anchor(book.cover)}">
+<img src="_static/gallery/{book.cover}.webp" alt="{html.escape(entry.title)}"></a>
 <h2>Chapters</h2>
 <ol class="mkt-chapters">
 {chapters}
@@ -79,15 +84,18 @@ def gallery(book):
     papers = {}
     for entry in figures.registry().values():
         papers.setdefault(entry.function.__module__, []).append(_card(entry, chapter_of[entry.id]))
-    sections = [f"## {_headline(module)}\n\n```{{raw}} html\n<div class=\"mkt-gallery\">\n{''.join(cards)}</div>\n```\n" for module, cards in papers.items()]
-    return "\n".join(["# Gallery\n\nAll figures of the book. A picture leads to its sliders, *source* to the function that draws it.\n", *sections])
+    head = "# Gallery\n\nAll figures of the book. A picture leads to its sliders, *source* to the function that draws it.\n"
+    sections = [f"## {_headline(module)}\n\n```{{raw}} html\n<div class=\"mkt-gallery\">\n{''.join(cards)}</div>\n```\n"
+                for module, cards in papers.items()]
+    return "\n".join([head, *sections])
 
 
 def _card(entry, chapter):
     page, title = f"{chapter.name}.html", html.escape(entry.title.rstrip("."))
     return (f'<div class="mkt-card"><a href="{page}#{anchor(entry.id)}"><img loading="lazy" src="_static/gallery/{entry.id}.webp" alt=""></a>'
             f'<p><a href="{page}#{anchor(entry.id)}">{title}</a></p>'
-            f'<p><code>{entry.id}</code> · <a href="{page}">{html.escape(chapter.title)}</a> · <a href="{_source(entry)}">source</a></p></div>\n')
+            f'<p><code>{entry.id}</code> · <a href="{page}">{html.escape(chapter.title)}</a> · '
+            f'<a href="{_source(entry)}">source</a></p></div>\n')
 
 
 def _source(entry):
