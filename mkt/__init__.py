@@ -5,12 +5,12 @@ Read in this order: `mkt.regions`, `mkt.kernels`, `mkt.histograms`, `mkt.trackin
 
 References
 ----------
-[T09] C. Teuliere, E. Marchand, L. Eck: A combination of particle filtering and deterministic approaches for multiple kernel
+[T09] C. Teulière, E. Marchand, L. Eck: A combination of particle filtering and deterministic approaches for multiple kernel
 tracking.  ICRA 2009.
 
 [N03] K. Nummiaro, E. Koller-Meier, L. Van Gool: Color features for tracking non-rigid objects.  Acta Automatica Sinica, 2003.
 
-[C14] D. A. L. Cordoba, C. M. C. C. Koike, F. de Barros Vidal: Particle filter and visual tracking: a hybrid resampling approach to
+[C14] D. A. L. Córdoba, C. M. C. C. Koike, F. de Barros Vidal: Particle filter and visual tracking: a hybrid resampling approach to
 improving robustness in cluttered and occluded environments.  2014.
 """
 # Nothing is imported here: ``python3 -m mkt`` runs this file before numpy is installed.

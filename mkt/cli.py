@@ -25,7 +25,7 @@ def parser():
                    "lab", "lab --no-browser --port 9000")
     lab.usage = "python3 -m mkt lab [-h] [JUPYTERLAB ARGUMENT ...]"
     _figure_arguments(_command(commands, "figure", run_figure, "draw one figure into a file",
-                               "Draws a registered figure with the paper's values, or yours.",
+                               "Draws a registered figure with its defaults, or your values.",
                                "figure --list", "figure teuliere2009.fig3 -o fig3.pdf",
                                "figure teuliere2009.fig3 -o wide.png --set span=1.2 bins=rgb"))
     _command(commands, "bench", run_bench, "time the hot loop against its rivals",
@@ -46,7 +46,7 @@ def _command(commands, name, action, summary, text, *examples):
 def _figure_arguments(sub):
     sub.add_argument("id", nargs="?", metavar="ID", help="paper and figure, such as teuliere2009.fig3")
     sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to write; .png, .pdf or .svg")
-    sub.add_argument("--set", nargs="+", default=[], metavar="NAME=VALUE", help="parameters that differ from the paper's values")
+    sub.add_argument("--set", nargs="+", default=[], metavar="NAME=VALUE", help="parameters that differ from the defaults")
     sub.add_argument("--list", action="store_true", help="list the figures, or with ID its parameters, and stop")
 
 

@@ -73,12 +73,13 @@ def video(path, box=None):
     box: left, top, width, height [px] of the target in the first frame; the truth is NaN elsewhere, the visibility too.
     Raises DataError as `VideoFile` and `ImageFolder` do, and for a box without size or outside the image.
     """
-    frames = ImageFolder(path) if Path(path).is_dir() else VideoFile(path)
+    path = Path(path).expanduser()
+    frames = ImageFolder(path) if path.is_dir() else VideoFile(path)
     truth, visibility = np.full((len(frames), 5), np.nan), np.full(len(frames), np.nan)
     if box is not None:
         truth[0], visibility[0] = from_box(box), 1
         _check("the box of the first frame", None, truth[:1], frames, hidden=False)
-    return Sequence(Path(path).stem, frames, truth, visibility, Path(path).name, upright=True, fps=frames.fps)
+    return Sequence(path.stem, frames, truth, visibility, path.name, upright=True, fps=frames.fps)
 
 
 def carphone():

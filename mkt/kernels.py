@@ -26,8 +26,8 @@ PROFILES = ("epanechnikov", "uniform")
 class Kernels:
     """A kernel configuration: numbers and names here, the arrays they imply as properties.
 
-    layout:   "one", "2x2", "3x3", "4x4" kernels that stay inside the object and overlap by half their span; "tiles", a 3x3 partition of
-              the rectangle; "ellipse", everything inside the ellipse of the half axes, as in [N03].
+    layout:   "one", "2x2", "3x3", "4x4" kernels that stay inside the object, neighbours half a radius apart along its shorter side; "tiles",
+              a 3x3 partition of the rectangle; "ellipse", everything inside the ellipse of the half axes, as in [N03].
     profile:  "epanechnikov", k(r^2) = 1 - r^2, (10) of [T09] and (2) of [N03]; or "uniform", k = 1 on the support.
     span:     factor on the kernels' radius h.  At 1 the nine kernels have h = min(W, H) / 3 with centres at +-(W/2 - h), +-(H/2 - h):
               supports that leave the object make a tracker shrink.

@@ -45,10 +45,14 @@ def show_frame(ax, frame, title=""):
 
 def draw_region(ax, region, color=CURRENT, **style):
     """Outline a region (5,) [px, rad], with a tick from its centre to the middle of its right side, so that its angle shows."""
-    outline = corners(region)[[0, 1, 2, 3, 0]]
-    ax.plot(*outline.T, color=color, **{"lw": 1.8} | style)
-    tick = np.stack([np.asarray(region)[:2], outline[1:3].mean(0)])
+    draw_box(ax, region, color, **style)
+    tick = np.stack([np.asarray(region)[:2], corners(region)[1:3].mean(0)])
     ax.plot(*tick.T, color=color, **{"lw": 1.2} | style)
+
+
+def draw_box(ax, region, color=CURRENT, **style):
+    """Outline a region (5,) [px, rad]."""
+    ax.plot(*corners(region)[[0, 1, 2, 3, 0]].T, color=color, **{"lw": 1.8} | style)
 
 
 def draw_ellipse(ax, region, color=CURRENT, **style):

@@ -8,9 +8,8 @@ theta      orientation [rad], counted from x towards y, that is clockwise on the
 hx, hy     half axes [px], along the region's own x and y
 =========  ======================================================================================
 
-*Canonical* points live in the square [-1, 1]^2 that `warp` lays over the region.  This is the deformation f_x of [T09]
-(its equation (1) is lost in the printed text; MATH is rebuilt in notebook 01): `warp` carries the object frame into the image
-and `unwarp` pulls image points back.
+*Canonical* points live in the square [-1, 1]^2 that `warp` lays over the region.  `unwarp` is the deformation f_x of [T09], which pulls
+image points back to the object (its equation (1) is lost and rebuilt in notebook 01); `warp` is its inverse.
 
 Explained in notebook 01.
 """

@@ -32,10 +32,14 @@ class DataError(ValueError):
         path, what, remedy, line = self.args
         return f"{path}{'' if line is None else f', line {line}'}: {what}; {remedy}"
 
+    def _render_traceback_(self):
+        """What a notebook shows: the message alone, for the mistake is in the data and not in the code."""
+        return [f"DataError: {self}"]
+
 
 def existing_file(path):
     """The path as a `Path`; raises DataError when no such file exists."""
-    path = Path(path)
+    path = Path(path).expanduser()
     if not path.is_file():
         raise DataError(path, "no such file", "check the spelling, or give the full path")
     return path
@@ -43,7 +47,7 @@ def existing_file(path):
 
 def existing_folder(path):
     """The path as a `Path`; raises DataError when no such folder exists."""
-    path = Path(path)
+    path = Path(path).expanduser()
     if not path.is_dir():
         raise DataError(path, "no such folder", "check the spelling, or give the full path")
     return path

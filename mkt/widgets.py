@@ -28,7 +28,7 @@ _serial = itertools.count(1)
 
 
 def show(id, **parameters):
-    """Draw a registered figure with the paper's values, but for `parameters`.
+    """Draw a registered figure with its defaults, but for `parameters`.
 
     Returns an `IPython.display.Image` with the caption as its alternative text.  Raises KeyError for an unknown figure and ValueError
     for an unknown parameter, both listing the known ones.
@@ -57,7 +57,7 @@ class Panel(ipywidgets.VBox):
         self._controls = {name: _control(entry, name) for name in entry.sliders if name not in fixed}
         self._image = ipywidgets.Image(format="png", width=_width(entry), layout={"max_width": "100%", "object_fit": "contain"})
         self._trouble = ipywidgets.HTML()
-        reset = ipywidgets.Button(description="reset", tooltip="back to the paper's values", layout={"width": "6em"})
+        reset = ipywidgets.Button(description="reset", tooltip="back to where the sliders began", layout={"width": "6em"})
         row = ipywidgets.HBox([*self._controls.values(), reset], layout={"flex_flow": "row wrap"})
         self._draw()  # a mistake in `fixed` ends the cell, as any mistake does
         super().__init__([row, self._image, self._trouble, ipywidgets.HTML(_caption(entry))])
@@ -70,7 +70,7 @@ class Panel(ipywidgets.VBox):
         return self._entry.defaults | self._fixed | {name: control.value for name, control in self._controls.items()}
 
     def reset(self, _button=None):
-        """Move every slider back to the paper's value, drawing once."""
+        """Move every slider back to where it began, drawing once."""
         self._listen(False)
         for name, control in self._controls.items():
             control.value = self._entry.defaults[name]
@@ -101,7 +101,7 @@ def _control(entry, name):
 
 
 class Page:
-    """The figure in the book: up to `POSITIONS` positions of each slider, the other parameters at the paper's values.
+    """The figure in the book: up to `POSITIONS` positions of each slider, the other parameters at their defaults.
 
     values: {name: value} of every parameter; numbers: what the figure's function returned for them.
     """
@@ -161,7 +161,7 @@ def _html_control(id, name, slider):
 _PAGE = """<figure class="mkt-panel" id="{id}">
 <div class="mkt-controls">{controls}<button type="button">reset</button></div>
 <img src="{image}" alt="{alt}" width="{width}">
-<p class="mkt-note" aria-live="polite">Every slider stands at the paper's value.</p>
+<p class="mkt-note" aria-live="polite">Every slider stands where it began.</p>
 <figcaption>{caption}</figcaption>
 <script>{script}</script>
 </figure>"""
@@ -180,8 +180,8 @@ _SCRIPT = """(() => {
     for (const control of controls) if (control !== changed) put(control, data.sliders[control.dataset.name].start);
     image.src = data.frames[changed ? data.sliders[changed.dataset.name].frames[position] : 0];
     note.textContent = changed
-      ? `${changed.dataset.name} = ${put(changed, position)}; the others are back at the paper's values. In JupyterLab they move together.`
-      : "Every slider stands at the paper's value.";
+      ? `${changed.dataset.name} = ${put(changed, position)}; the others are back where they began. In JupyterLab they move together.`
+      : "Every slider stands where it began.";
   };
   for (const control of controls) control.addEventListener("input", () => show(control));
   panel.querySelector("button").addEventListener("click", () => show());

@@ -14,6 +14,9 @@ EXTENSIONS = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "mkt.book.
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
 
 
+PAPERS = mkt.__doc__.partition("----------\n")[2].strip()
+
+
 def configuration(book):
     """conf.py."""
     settings = {
@@ -22,7 +25,7 @@ def configuration(book):
         "myst_enable_extensions": ["dollarmath", "amsmath", "deflist"], "myst_heading_anchors": 3, "html_math_renderer": "svg",
         "autodoc_default_options": {"members": True, "member-order": "bysource"}, "autodoc_preserve_defaults": True,
         "html_theme": "furo", "html_static_path": ["_static"], "html_css_files": ["mkt.css"], "html_show_copyright": False,
-        "html_copy_source": False, "html_show_sourcelink": False,
+        "html_copy_source": False, "html_show_search_summary": False, "html_show_sourcelink": False,
         "pygments_style": "friendly", "pygments_dark_style": "github-dark",
         "html_theme_options": {f"{mode}_css_variables": {"color-brand-primary": color, "color-brand-content": color}
                                for mode, color in ACCENT.items()},
@@ -43,11 +46,16 @@ def first(book):
 ```{{raw}} html
 <a class="mkt-cover" href="{where.name}.html#{anchor(book.cover)}">
 <img src="_static/gallery/{book.cover}.webp" alt="{html.escape(entry.title)}"></a>
+<p class="mkt-legend">Figure 3 of [T09]: one kernel cannot feel a rotation, nine can. <a href="{where.name}.html#{anchor(book.cover)}">Move its sliders.</a></p>
 <h2>Chapters</h2>
 <ol class="mkt-chapters">
 {chapters}
 </ol>
 ```
+
+## The papers
+
+{PAPERS}
 
 ## How to use it
 

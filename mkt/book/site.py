@@ -74,7 +74,7 @@ def _described(cell):
 
 
 def thumbnails(folder):
-    """Draw every registered figure with the paper's values into folder/ID.webp, unless that is what lies there: the mark comes last."""
+    """Draw every registered figure with its defaults into folder/ID.webp, unless that is what lies there: the mark comes last."""
     mark = folder / "drawn-from"
     if mark.is_file() and mark.read_text() == library_key():
         return

@@ -1,9 +1,9 @@
 """One door to every figure: the registry that notebook, book, command line and tests share.
 
 ``@figure("teuliere2009.fig3", size=(9, 4), span=(0.4, 1.4, 0.1), bins=["hsv", "rgb"])`` registers a drawing function
-``fig3(canvas, *, span=1.0, bins="hsv", ...)``.  Its *defaults are the paper's values*, the decorator's keyword arguments are the
-*sliders*: ``(low, high, step)`` for numbers, a list for choices.  The function draws on the `matplotlib.figure.Figure` it is given
-and returns the numbers that the picture shows, so that a test can measure what a reader sees.
+``fig3(canvas, *, span=1.0, bins="hsv", ...)``.  Its *defaults are the paper's values* where the paper prints any, the decorator's keyword
+arguments are the *sliders*: ``(low, high, step)`` for numbers, a list for choices.  The function draws on the
+`matplotlib.figure.Figure` it is given and returns the numbers that the picture shows, so that a test can measure what a reader sees.
 """
 
 import importlib
@@ -53,7 +53,7 @@ class Entry:
         return sorted(values | {self.defaults[name]})
 
     def draw(self, dpi=100, **parameters):
-        """Draw the figure, with the paper's values but for `parameters`, at dpi dots an inch.
+        """Draw the figure, with its defaults but for `parameters`, at dpi dots an inch.
 
         Returns a new matplotlib Figure (clearing an old one takes longer) and the dict of numbers that it shows.  Raises ValueError
         naming an unknown parameter and the known ones.

@@ -1,4 +1,4 @@
-"""The figures of [T09]: C. Teuliere, E. Marchand, L. Eck, ICRA 2009.
+"""The figures of [T09]: C. Teulière, E. Marchand, L. Eck, ICRA 2009.
 
 Its pages with Section II, figure 1 and equations (1) to (5) are lost; what stands here in their place says so.
 """
@@ -73,10 +73,12 @@ def fig2(canvas, *, layout="3x3", span=1.0, profile="epanechnikov", object="car"
     """The multiple-kernel configuration.
 
     Left, centres and supports of the kernels over the object; right, the weight that each kernel gives to each place, white being none.
-    The paper draws nine kernels without saying where they end: here they stay inside the object and overlap by half their span.
+    The paper draws nine kernels without saying where they end: here they stay inside the object, neighbours half a radius apart along its
+    shorter side.  Tiles are the nine parts of the particle filter, which have constant weight.
     """
     scene = still(object)
     region, frame = scene.truth[0], scene.frames[0]
+    profile = "uniform" if layout == "tiles" else profile
     kernels = Kernels(layout, profile, span).fitted(region)
     maps = weight_maps(kernels)
     side = round(len(maps) ** 0.5)
@@ -92,38 +94,39 @@ def fig2(canvas, *, layout="3x3", span=1.0, profile="epanechnikov", object="car"
     return {"kernels": len(maps), "covered": float((maps > 0).any(0).mean())}
 
 
-def cost_surfaces(layout, span, bins, object, reach, seed=0):
+def cost_surfaces(layout, span, bins, object, extent, seed=0):
     """What figure 3 draws: the distance for one kernel and for a layout, over 61 x 61 displacements and rotations.
 
     Returns x (61,) [px], theta (61,) [rad] and the two surfaces (61, 61), rotation down, x across.
     """
     scene, bins = still(object, seed), ColorBins(bins)
     learnt, seen = (bins(frame) for frame in scene.frames)
-    x, theta = np.linspace(-reach, reach, 61), np.deg2rad(np.linspace(-60, 60, 61))
+    x, theta = np.linspace(-extent, extent, 61), np.deg2rad(np.linspace(-60, 60, 61))
     grid = displaced(scene.truth[0], x, 0, theta[:, None])
     kernels = [Kernels(name, span=min(span, 1.0) if name == "one" else span, samples=2400) for name in ("one", layout)]
     return x, theta, [learn(learnt, scene.truth[0], bins, k).distances(seen, grid) for k in kernels]
 
 
 @figure("teuliere2009.fig3", size=(10, 6.2), layout=["one", "2x2", "3x3", "4x4"], span=(0.4, 1.4, 0.1), bins=SPACES, object=list(OBJECTS),
-        reach=(10, 40, 5))
-def fig3(canvas, *, layout="3x3", span=1.0, bins="hsv", object="car", reach=20, seed=0):
+        extent=(10, 40, 5))
+def fig3(canvas, *, layout="3x3", span=1.0, bins="hsv", object="car", extent=20, seed=0):
     """The distance over rotation and x location, for one kernel (a) and for several (b).
 
     Above, the two surfaces over the same axes; below, their cut along rotation through the true place.  The object is learnt in one
     rendered frame and looked for in the next, which differs by its sensor noise.  One centred round kernel sees the same
-    histogram whatever the angle: its valley is flat, and only several kernels make a pit.
+    histogram whatever the angle: its valley is flat, and only several kernels make a pit.  A single kernel cannot grow beyond the object:
+    above a span of 1 only (b) changes.
     """
-    x, theta, surfaces = cost_surfaces(layout, span, bins, object, reach, seed)
-    degrees, top = np.rad2deg(theta), max(z.max() for z in surfaces)
+    x, theta, surfaces = cost_surfaces(layout, span, bins, object, extent, seed)
+    degrees = np.rad2deg(theta)
     titles = ("(a) one kernel", f"(b) {layout} kernels" if layout != "one" else "(b) one kernel again")
     for place, z, title in zip(((-0.02, 0.33, 0.54, 0.63), (0.46, 0.33, 0.54, 0.63)), surfaces, titles):
         ax = canvas.add_axes(place, projection="3d")
-        draw_surface(ax, x, degrees, z, (0, top), title=title, xlabel="x [px]", ylabel="rotation [deg]", zlabel="distance")
+        draw_surface(ax, x, degrees, z, (0, 0.9), title=title, xlabel="x [px]", ylabel="rotation [deg]", zlabel="distance")
     cut = canvas.add_axes((0.08, 0.09, 0.88, 0.23))
     for z, title, color in zip(surfaces, titles, ("#e69f00", "#0072b2")):
         cut.plot(degrees, z[:, 30], color=color, label=title, lw=2)
-    cut.set(xlabel="rotation at the true place [deg]", ylabel="distance", ylim=(0, None), xlim=(-60, 60), xticks=range(-60, 61, 20))
+    cut.set(xlabel="rotation at the true place [deg]", ylabel="distance", ylim=(0, 0.7), xlim=(-60, 60), xticks=range(-60, 61, 20))
     cut.legend(loc="upper center", ncols=2)
     return {"one": surfaces[0], "several": surfaces[1], "x": x, "theta": theta}
 
@@ -150,7 +153,7 @@ def fig4(canvas, *, exposure=0.8, speed=24, layout="3x3", object="car", seed=0):
         draw_region(ax, sharp.truth[0])
         ax.set(xlim=(80, 240), ylim=(170, 70))
     for ax, z in zip(axes[1], surfaces):
-        mesh = draw_map(ax, x, degrees, z, (0, 0.7), xlabel="x [px]", ylabel="rotation [deg]", title=f"distance at the truth {z[20, 20]:.2f}")
+        mesh = draw_map(ax, x, degrees, z, (0, 0.9), xlabel="x [px]", ylabel="rotation [deg]", title=f"distance at the truth {z[20, 20]:.2f}")
     canvas.colorbar(mesh, cax=canvas.add_axes((0.905, 0.09, 0.015, 0.36)), label="distance")
     return {"sharp": surfaces[0], "blurred": surfaces[1], "x": x, "theta": theta}
 
