@@ -113,9 +113,9 @@ def histograms(image, m, kernels, regions):
     q = np.empty((len(regions), len(kernels.weights), m), np.float32)
     rows, matrices = _chunk(kernels), _finite_matrices(regions)
     for start in range(0, len(regions), rows):
-        counts = count(_look_up(image, m, kernels, matrices[start:start + rows]), m, kernels)
-        total = counts @ np.ones((m, 1), np.float32)  # three times as fast as sum(-1)
-        np.divide(counts, np.maximum(total, 1e-9), out=q[start:start + rows])
+        part = q[start:start + rows]
+        count(_look_up(image, m, kernels, matrices[start:start + rows]), m, kernels, part)
+        part /= np.maximum(part @ np.ones((m, 1), np.float32), 1e-9)  # the product is three times as fast as sum(-1)
     return q
 
 
@@ -150,12 +150,11 @@ def _room(_thread, k, n, dtype):
     return np.empty((k, n), np.float32), np.empty((k, n), np.float32), np.empty((k, n), dtype)
 
 
-def _counted(labels, m, kernels):
-    """Histograms for constant weights, unnormalised: labels (k, n) -> (k, J, m)."""
+def _counted(labels, m, kernels, out):
+    """Histograms for constant weights, unnormalised: labels (k, n) -> out (k, J, m)."""
     k, j = len(labels), len(kernels.weights)
     number = _numbers(kernels, labels.dtype)[:k]
-    counts = cv2.calcHist([number, labels], [0, 1], None, [k * j, m], [0, k * j, 0, m])
-    return counts.reshape(k, j, m)
+    cv2.calcHist([number, labels], [0, 1], None, [k * j, m], [0, k * j, 0, m], out.reshape(k * j, m))
 
 
 @lru_cache(maxsize=64)
@@ -165,14 +164,14 @@ def _numbers(kernels, dtype):
     return (kernels.parts + j * np.arange(_chunk(kernels))[:, None]).astype(dtype)
 
 
-def _weighted(labels, m, kernels):
-    """Histograms for any weights: labels (k, n) -> (k, J, m), as one product of a sparse matrix with K."""
+def _weighted(labels, m, kernels, out):
+    """Histograms for any weights, unnormalised: labels (k, n) -> out (k, J, m), as one product of a sparse matrix with K."""
     k, n = labels.shape
     rows = (labels.T + (m + 1) * np.arange(k, dtype=np.int32)).ravel()
     ones = np.ones(rows.size, np.float32)
     membership = csc_matrix((ones, rows, np.arange(0, rows.size + 1, k, dtype=np.int32)), shape=(k * (m + 1), n))
     counts = membership @ kernels.weights.T.astype(np.float32)
-    return counts.reshape(k, m + 1, -1)[:, :m].swapaxes(1, 2)
+    out[:] = counts.reshape(k, m + 1, -1)[:, :m].swapaxes(1, 2)
 
 
 def coefficient(q, reference):
