@@ -24,6 +24,7 @@ ALLOWED = {
     "textures": {"datasets", "video"},
     "scenes": {"regions", "tracking", "textures"},
     "scenarios": {"scenes"},
+    "sweeps": CORE | {"evaluation", "scenarios", "scenes"},
     "evaluation": {"regions", "tracking"},
     "plotting": {"regions", "kernels", "histograms", "tracking"},
     "figures": MATERIAL | {"figures"},

@@ -52,7 +52,7 @@ class ParticleFilter:
         predicted, weights = self.weigh(state, image, rng)
         region = mean_region(predicted.regions, weights)
         distance = state.target.distances(image, region)
-        info = report(region, distance, self.lost_above, n_eff=effective_sample_size(weights), particles=predicted.regions, weights=weights)
+        info = report(region, distance, self.lost_above, n_eff=effective_sample_size(weights), evaluations=self.n + 1, particles=predicted.regions, weights=weights)
         return state._replace(particles=predicted.take(SCHEMES[self.scheme](weights, rng))), info
 
     def weigh(self, state, image, rng):

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mkt.histograms import ColorBins, Target, learn, sample
+from mkt.histograms import ColorBins, Target, coefficient, learn, sample
 from mkt.kernels import Kernels
 from mkt.regions import rotation
 from mkt.tracking import report
@@ -68,15 +68,18 @@ def differentiate(target, image, region, derivative_of_c=True):
     return q, dq - q * dq.sum(-1, keepdims=True) if derivative_of_c else dq
 
 
-def newton_step(q, dq, reference):
+def newton_step(q, dq, reference, trust=None):
     """Delta x = -2 J_U^+ e, (9): the Gauss-Newton step for (tau_x, tau_y, theta, log s).
 
-    q, reference: (J, m); dq: (4, J, m).  Returns (4,).  Rows of empty bins are zero; directions without curvature, such as the
+    q, reference: (J, m); dq: (4, J, m); trust: (J,) weights of the kernels in the sum of squares, all equal by default.  Returns (4,).  Rows of empty bins are zero; directions without curvature, such as the
     orientation under one round kernel, get no step.
     """
     root = np.sqrt(q)
-    jacobian = np.divide(dq, root, out=np.zeros_like(dq), where=q > EMPTY).reshape(4, -1)
-    error = (root - np.sqrt(reference)).ravel()
+    jacobian = np.divide(dq, root, out=np.zeros_like(dq), where=q > EMPTY)
+    error = root - np.sqrt(reference)
+    if trust is not None:
+        jacobian, error = jacobian * np.sqrt(trust)[:, None], error * np.sqrt(trust)[:, None]
+    jacobian, error = jacobian.reshape(4, -1), error.ravel()
     curvature, directions = np.linalg.eigh(jacobian @ jacobian.T)
     kept = directions[:, curvature > FLAT * curvature[-1]]
     return -2 * kept @ ((kept.T @ (jacobian @ error)) / curvature[curvature > FLAT * curvature[-1]])
@@ -90,11 +93,15 @@ def moved(region, step):
     return np.concatenate([centre, [region[2] + turn], region[3:] * np.exp(growth)])
 
 
-def minimise(target, image, start, iterations, derivative_of_c=True, tolerance=1e-3):
-    """Repeat the step from a region (5,) until it is shorter than the tolerance.  Returns the region and the number of steps."""
+def minimise(target, image, start, iterations, derivative_of_c=True, tolerance=1e-2, robust=False):
+    """Repeat the step from a region (5,) until it is shorter than the tolerance.  Returns the region and the number of steps.
+
+    robust: trust each kernel by its likeness, rho_j^8, so that hidden parts of the object do not pull.
+    """
     region = np.asarray(start, float)
     for k in range(1, iterations + 1):
-        step = newton_step(*differentiate(target, image, region, derivative_of_c), target.q)
+        q, dq = differentiate(target, image, region, derivative_of_c)
+        step = newton_step(q, dq, target.q, coefficient(q, target.q) ** 8 if robust else None)
         region = moved(region, step)
         if np.abs(step).max() < tolerance:
             break
@@ -127,7 +134,7 @@ class SSD:
     def step(self, state, frame, rng):
         """Minimise from the last estimate."""
         region, distance, steps = self.refine(state, self.bins(frame), state.region)
-        return state._replace(region=region), report(region, distance, self.lost_above, steps=steps)
+        return state._replace(region=region), report(region, distance, self.lost_above, steps=steps, evaluations=steps + 1)
 
     def refine(self, state, image, start):
         """Minimise from any start (5,), span after span.  Returns the region, its distance d_m, and the number of steps."""
