@@ -4,7 +4,7 @@ A tracker is a frozen dataclass whose fields are the paper's parameters, with tw
 ``step`` finds it again.  Nothing is hidden in the tracker itself, so ``replace(tracker, n=75)`` is all a particle slider has to do,
 any moment can be replayed, and the same seed gives the same run.
 
-Explained in notebook 02.
+A `Sequence` is used in notebook 03.
 """
 
 from collections.abc import Sequence as Series
