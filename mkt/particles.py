@@ -2,8 +2,6 @@
 
 A particle is a hypothesis about the target: a region and its velocity.  A filter step is *predict* (a motion model moves every
 particle), *weigh* (the tracker's business) and *resample* (a scheme ``weights -> ancestors`` says which particles live on).
-
-Explained in notebook 05.
 """
 
 from dataclasses import dataclass
@@ -33,7 +31,7 @@ class Motion:
     angle:    of the orientation [rad a frame]; scale: of the logarithm of the size.
     damping:  share of the velocity that is kept from one frame to the next.
 
-    [T09] says "constant velocity model" and gives no numbers: these are ours.  Section IV-A of [T09]; notebook 05.
+    [T09] says "constant velocity model" and gives no numbers: these are ours.  Section IV-A of [T09].
     """
 
     position: float = 0.06

@@ -1,7 +1,7 @@
 """Named tests for trackers: seed, object and background -> a `Scene`.
 
 Five scenarios that each ask one question (base, look-alike, occlusion, blur, illumination), and the two sequences of [T09] that its figures
-5 to 7 show.  The paths are random but smooth; everything follows from the arguments.  Explained in notebook 06.
+5 to 7 show.  The paths are random but smooth; everything follows from the arguments.
 """
 
 import numpy as np

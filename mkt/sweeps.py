@@ -4,7 +4,7 @@ A job is a handful of names and numbers; its result is one row.  Rows are kept i
 library's source, each written in one piece, so that an interrupted sweep goes on where it stopped and nothing stale is ever read.
 
 joblib runs the jobs: over this machine's processes by itself, over a cluster's inside ``joblib.parallel_config(backend="dask")`` with
-a `dask.distributed.Client` of that cluster.  Explained in notebook 06.
+a `dask.distributed.Client` of that cluster.
 """
 
 import hashlib

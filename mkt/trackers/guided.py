@@ -9,8 +9,6 @@ What it adds to the combination of [T09], each for a failure seen there:
 * **feedback**: part of the particles begins the next frame at the corrected estimate (precision);
 * **floor**: a small constant added to every likelihood keeps hypotheses alive while the target is hidden (occlusion);
 * **light**: three gains, one a colour channel, follow the light.  The reference itself never changes, so it cannot drift (illumination).
-
-Explained in notebook 06.
 """
 
 from dataclasses import dataclass, replace

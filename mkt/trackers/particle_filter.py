@@ -2,8 +2,6 @@
 
 Every frame: predict each particle, weigh it by its likelihood (13), estimate by the weighted mean, draw the next set with replacement.
 No gradient is needed and several hypotheses can live side by side, which is what carries a track through blur and occlusion.
-
-Explained in notebook 05.
 """
 
 from dataclasses import dataclass
@@ -35,7 +33,7 @@ class ParticleFilter:
     n: int = 500  # printed, Section VI-A; 75 for the small filter
     kernels: Kernels = Kernels("tiles", "uniform")  # printed, Section IV-B: K constant on nine parts
     lam: float = 20.0  # printed, Section IV-B
-    combine: str = "sum"  # ours: (5) is lost, see notebook 05
+    combine: str = "sum"  # ours: (5) is lost, and the mean is too flat
     motion: Motion = Motion()
     scheme: str = "multinomial"  # "random weighted draw"
     bins: ColorBins = ColorBins()

@@ -6,8 +6,6 @@ The sum of squared differences O(x) = |sqrt(q*) - sqrt(q(x))|^2, (6), is minimis
 
 The step is taken in the *object's* frame: a shift (tau_x, tau_y) in the object plane, a turn and a factor on the size.  There the
 kernels and their derivatives J_K are constants, so an iteration is one look-up, one weighted count and a 4 x 4 solve.
-
-Explained in notebook 04.
 """
 
 from dataclasses import dataclass, replace
@@ -55,7 +53,7 @@ def differentiate(target, image, region, derivative_of_c=True):
     """Histograms at a region and their derivatives by (tau_x, tau_y, theta, log s).
 
     image: (H, W) bins; region: (5,).  Returns q (J, m) and dq (4, J, m).  The quotient rule for q = counts / total brings in the derivative
-    of C in (8), without which the size column is wrong by 130 %; derivative_of_c=False leaves it out, as a literal reading might.
+    of C in (8), without which the size column is more than half wrong; derivative_of_c=False leaves it out, as a literal reading might.
     """
     m, (j, n) = target.bins.m, target.kernels.weights.shape
     pairs = template(target.kernels)
