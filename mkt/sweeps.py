@@ -1,16 +1,29 @@
 """Repeated runs: trackers x scenarios x seeds, over processes, cached on disk, with medians and bootstrap intervals.
 
-A job is a handful of names and numbers; its result is one row.  Rows are kept in ``.cache/sweeps`` under a hash of the job and of the
-library's source, each written in one piece, so that an interrupted sweep goes on where it stopped and nothing stale is ever read.
+A job is a handful of names and numbers; its result is one row.  Rows are kept in ``.cache/sweeps`` under a hash of the job and of
+all that it can depend on, each written in one piece, so that an interrupted sweep goes on where it stopped (at most the scenes
+under way are lost), two sweeps may run at once, and nothing stale or half-written is ever read.
 
-joblib runs the jobs: over this machine's processes by itself, over a cluster's inside ``joblib.parallel_config(backend="dask")`` with
-a `dask.distributed.Client` of that cluster.
+joblib runs the jobs, over this machine's processes by itself.  A sweep that outgrows the machine runs unchanged on a cluster with
+this package installed; rows come back over the network, so the machines need no common disk:
+
+    from dask.distributed import Client          # pip install distributed
+    from joblib import parallel_config
+
+    with Client("tcp://scheduler:8786"), parallel_config(backend="dask"):
+        rows = sweep(jobs)
+
+Reading order: `Job`, `run`, `score`, `sweep`; then `interval`, `summaries`, `table`.
 """
 
+import ast
+import csv
 import hashlib
 import json
 import os
+import sys
 import time
+import uuid
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from itertools import groupby
@@ -29,6 +42,10 @@ from mkt.tracking import track
 PACKAGE = Path(__file__).parent
 CACHE = PACKAGE.parent / ".cache" / "sweeps"
 HIT = 0.2  # overlap above which a frame counts as a true positive, T_lim of [C14]
+TURNED = 45.0  # [deg] beyond this the orientation is not the target's
+SHRUNK = 0.5  # share of the true area below which a region has shrunk
+SUMMARISED = ("overlap", "position", "orientation", "scale", "hits", "lost", "evaluations", "cpu_ms")
+SHARES = ("lost", "failed")  # 0 or 1 a run: their mean says more than their median
 
 
 @dataclass(frozen=True)
@@ -43,15 +60,12 @@ class Job:
     background: str = "workshop"
 
 
-@lru_cache(maxsize=1)
-def library_hash():
-    """Hash of everything a result can depend on: the source of the package without its figures, pages and commands."""
-    sources = sorted([*PACKAGE.glob("*.py"), *(PACKAGE / "trackers").glob("*.py")])
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
-
-
 def run(job):
-    """Do one job.  Returns its row: who and what, then the numbers of `score` and the CPU time [ms a frame]."""
+    """Do one job.  Returns its row: who and what, the numbers of `score`, and what it cost.
+
+    cpu_ms: CPU time [ms a frame], on a machine that is busy with other jobs; evaluations: regions looked at in a frame.
+    steps: of the optimiser in a frame, over the frames in which it ran, NaN where there is none.
+    """
     clip = sequence(SCENARIOS[job.scenario](job.seed, job.object, job.background))
     for frame in clip.frames:
         pass  # rendered now, so that the clock sees the tracker alone
@@ -59,55 +73,138 @@ def run(job):
     result = track(job.tracker, clip, seed=job.seed)
     milliseconds = 1e3 * (time.process_time() - start) / len(clip)
     names = {key: value for key, value in asdict(job).items() if key != "tracker"}
-    return names | score(result, clip) | {"cpu_ms": milliseconds, "evaluations": float(np.mean(result.info["evaluations"][1:]))}
+    steps = [k for k in result.info.get("steps", [])[1:] if k]
+    cost = {"cpu_ms": milliseconds, "evaluations": float(np.mean(result.info["evaluations"][1:])), "steps": float(np.mean(steps)) if steps else np.nan}
+    return names | score(result, clip) | cost
 
 
 def score(result, clip):
     """What a `Track` is worth on its `Sequence`: means over the visible frames, dict of floats.
 
-    overlap; hits, the share of frames with an overlap above .2; position [px], orientation [rad], scale [log]; lost, 1 when the last
-    ten frames are all misses.
+    overlap; hits, the share of frames with an overlap above .2; position [px], orientation [deg], scale [log], all without sign.
+    shrunk: the share of frames in which the region has less than half of the true area.
+    lost, failed: 1 when none of the last ten frames is a hit, or none is one with the orientation right to 45 degrees.
     """
     shown = clip.visibility > 0.5
     shown[0] = False  # the tracker was told where the target is
-    iou, e = overlap(result.regions, clip.truth, clip.upright), errors(result.regions, clip.truth)
-    means = {name: float(np.mean(np.abs(values[shown]))) for name, values in {"overlap": iou, **e._asdict()}.items()}
-    return means | {"hits": float(np.mean(iou[shown] > HIT)), "lost": float((iou[shown][-10:] <= HIT).all())}
+    iou, e = overlap(result.regions, clip.truth, clip.upright)[shown], errors(result.regions[shown], clip.truth[shown])
+    degrees, hit = np.rad2deg(e.orientation), iou > HIT
+    right = hit & (clip.upright | (degrees <= TURNED))
+    return {
+        "overlap": float(np.mean(iou)), "hits": float(np.mean(hit)), "position": float(np.mean(e.position)),
+        "orientation": float(np.mean(degrees)), "scale": float(np.mean(np.abs(e.scale))),
+        "shrunk": float(np.mean(np.exp(2 * e.scale) < SHRUNK)),
+        "lost": float(not hit[-10:].any()), "failed": float(not right[-10:].any()),
+    }
 
 
 def sweep(jobs, processes=-1, cache=CACHE):
     """Do all jobs that are not yet in the cache, in parallel, with a progress bar.  Returns their rows in order, list of dicts."""
-    missing = sorted((job for job in jobs if not _place(job, cache).is_file()), key=_scene)
-    groups = [list(group) for _, group in groupby(missing, _scene)]  # one scene is rendered once, for all of its trackers
-    done = Parallel(n_jobs=processes, return_as="generator_unordered")(delayed(_keep)(group, cache) for group in groups)
+    places = [_place(job, cache) for job in jobs]
+    rows = [_kept(place) for place in places]
+    missing = sorted((k for k, row in enumerate(rows) if row is None), key=lambda k: _scene(jobs[k]))
+    groups = [list(group) for _, group in groupby(missing, lambda k: _scene(jobs[k]))]  # one scene is rendered once, for all of its trackers
+    done = Parallel(n_jobs=processes, return_as="generator_unordered")(delayed(_run)({k: jobs[k] for k in group}) for group in groups)
     with tqdm(total=len(missing), desc="runs", unit="run", disable=None if missing else True) as bar:
-        for count in done:
-            bar.update(count)
-    return [json.loads(_place(job, cache).read_text()) for job in jobs]
-
-
-def _place(job, cache):
-    return Path(cache) / (hashlib.sha256(f"{job!r} {library_hash()}".encode()).hexdigest()[:32] + ".json")
+        for fresh in done:
+            for k, row in fresh.items():
+                rows[k] = row
+                _keep(row, places[k])
+            bar.update(len(fresh))
+    return rows
 
 
 def _scene(job):
     return job.scenario, job.seed, job.object, job.background
 
 
-def _keep(group, cache):
-    """Do some jobs and put each row into the cache in one piece.  Returns how many."""
-    for job in group:
-        place = _place(job, cache)
-        place.parent.mkdir(parents=True, exist_ok=True)
-        half = place.with_suffix(f".{os.getpid()}")
-        half.write_text(json.dumps(run(job)))
-        os.replace(half, place)
-    return len(group)
+def _run(group):
+    return {k: run(job) for k, job in group.items()}
+
+
+def _place(job, cache):
+    return Path(cache) / (hashlib.sha256(f"{job!r} {library_hash()}".encode()).hexdigest()[:32] + ".json")
+
+
+def _kept(place):
+    """The row in a file of the cache, None where there is none or but a part of one."""
+    try:
+        return json.loads(place.read_text())
+    except (FileNotFoundError, ValueError):
+        return None
+
+
+def _keep(row, place):
+    """Put a row into the cache in one piece, whoever else may be doing the same."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    half = place.with_suffix(f".{uuid.uuid4().hex}")
+    half.write_text(json.dumps(row))
+    os.replace(half, place)
+
+
+@lru_cache(maxsize=1)
+def library_hash():
+    """Hash of all that a row can depend on: the `sources`, the packages and Python.  Comments and layout are no part of it."""
+    trees = [ast.dump(ast.parse(path.read_text(encoding="utf-8"))) for path in sources()]
+    packages = (PACKAGE.parent / "environment.txt").read_text(encoding="utf-8")
+    return hashlib.sha256("\n".join([sys.version, packages, *trees]).encode()).hexdigest()
+
+
+def sources():
+    """The files of the package that a job can reach: this one, all trackers, and whatever they import.  Returns a sorted list of paths."""
+    found, waiting = set(), [Path(__file__), *(PACKAGE / "trackers").glob("*.py")]
+    while waiting:
+        path = waiting.pop()
+        if path not in found:
+            found.add(path)
+            waiting += _imported(path)
+    return sorted(found)
+
+
+def _imported(path):
+    """The files of the package that a file imports, anywhere in it."""
+    names = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names += [f"{node.module}.{alias.name}" for alias in node.names]
+    parts = [name.split(".")[1:] for name in names if name.startswith("mkt.")]
+    places = [PACKAGE.joinpath(*part[:k]) for part in parts for k in range(1, len(part) + 1)]
+    return [file for place in places for file in (place.with_suffix(".py"), place / "__init__.py") if file.is_file()]
 
 
 def interval(values, level=0.95, draws=2000, statistic=np.median):
-    """A statistic of values (n,) and its bootstrap interval.  Returns (value, low, high)."""
+    """A statistic of values (n,) and its bootstrap interval.  Returns (value, low, high), all NaN where a value is."""
     values = np.asarray(values, float)
     samples = np.random.default_rng(0).choice(values, (draws, len(values)))
-    low, high = np.quantile(statistic(samples, axis=1), [(1 - level) / 2, (1 + level) / 2])
+    low, high = np.quantile(statistic(samples, axis=1), [(1 - level) / 2, (1 + level) / 2]) if np.isfinite(values).all() else (np.nan, np.nan)
     return float(statistic(values)), float(low), float(high)
+
+
+def summaries(rows):
+    """One line for each scenario and tracker: how many runs, then each number of `SUMMARISED` with its interval.
+
+    rows: of `sweep`.  Returns a list of dicts; the ends of the interval of "overlap" are "overlap_low" and "overlap_high".  Medians,
+    but means of the shares of runs that were lost.
+    """
+    cells = {}
+    for row in rows:
+        cells.setdefault((row["scenario"], row["name"]), []).append(row)
+    return [{"scenario": scenario, "name": name, "runs": len(cell)} | _summary(cell) for (scenario, name), cell in cells.items()]
+
+
+def _summary(cell):
+    result = {}
+    for key in SUMMARISED:
+        numbers = interval([row[key] for row in cell], statistic=np.mean if key in SHARES else np.median)
+        result |= dict(zip((key, f"{key}_low", f"{key}_high"), numbers))
+    return result
+
+
+def table(rows, path):
+    """Write rows, dicts of the same keys, as one CSV file with a head line: the rows of a sweep, or their summaries."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
