@@ -30,8 +30,9 @@ ALLOWED = {
     "figures": MATERIAL | {"figures"},
     "widgets": MATERIAL | {"figures"},
     "bench": MATERIAL | {"figures"},
-    "book": MATERIAL | {"figures", "widgets", "book"},
-    "cli": MATERIAL | {"figures", "widgets", "book", "bench"},
+    "claims": MATERIAL | {"figures", "sweeps", "claims"},
+    "book": MATERIAL | {"figures", "widgets", "book", "claims"},
+    "cli": MATERIAL | {"figures", "widgets", "book", "bench", "claims", "sweeps"},
 }
 DOORS = {
     "matplotlib": {"plotting", "figures", "widgets", "bench", "cli"},
