@@ -28,6 +28,9 @@ def parser():
                                "Draws a registered figure with its defaults, or your values.",
                                "figure --list", "figure teuliere2009.fig3 -o fig3.pdf",
                                "figure teuliere2009.fig3 -o wide.png --set span=1.2 bins=rgb"))
+    _claims_arguments(_command(commands, "claims", run_claims, "put the papers' claims to the test",
+                               "Runs the trackers over many seeds, on all cores, and judges each claim; runs that are known are not done again.",
+                               "claims", "claims T09-c T09-d --seeds 48", "claims -o claims.csv"))
     _command(commands, "bench", run_bench, "time the hot loop against its rivals",
              "Prints CPU milliseconds (median, one thread) side by side, with ratios.")
     _command(commands, "strip", run_strip, "remove outputs from the notebooks",
@@ -48,6 +51,12 @@ def _figure_arguments(sub):
     sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to write; .png, .pdf or .svg")
     sub.add_argument("--set", nargs="+", default=[], metavar="NAME=VALUE", help="parameters that differ from the defaults")
     sub.add_argument("--list", action="store_true", help="list the figures, or with ID its parameters, and stop")
+
+
+def _claims_arguments(sub):
+    sub.add_argument("ids", nargs="*", metavar="ID", help="claims such as T09-c; all by default")
+    sub.add_argument("--seeds", type=int, metavar="N", help="how many sequences of each scenario; 16 by default, at least 6")
+    sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="also write the numbers into this CSV file")
 
 
 def parse(arguments):
@@ -144,6 +153,22 @@ def _value(entry, name, text):
         return kind(text) if kind in (int, float) else text
     except ValueError:
         raise ValueError(f"{name}={text}: not a number of type {kind.__name__}") from None
+
+
+def run_claims(args):
+    """Judge claims, print them, and write them into a file if asked to."""
+    from mkt import claims, sweeps
+    from mkt.claims import listing
+
+    try:
+        if args.output and not args.output.parent.is_dir():  # said before the long work, not after it
+            raise FileNotFoundError(f"no folder {args.output.parent} for {args.output.name}; make it first")
+        results = claims.judge(args.ids, claims.SEEDS if args.seeds is None else args.seeds)
+        print(listing.as_text(results))
+        if args.output:
+            sweeps.table(listing.as_rows(results), args.output)
+    except (KeyError, ValueError, OSError) as error:
+        sys.exit(f"mkt claims: {error.args[0] if isinstance(error, KeyError) else error}")
 
 
 def run_bench(args):

@@ -7,7 +7,7 @@ import pytest
 
 from mkt import cli, figures
 
-COMMANDS = ("book", "test", "lab", "figure", "bench", "strip")
+COMMANDS = ("book", "test", "lab", "figure", "claims", "bench", "strip")
 FIGURE = "teuliere2009.fig2"
 
 
