@@ -1,4 +1,4 @@
-"""What a tracker is, what it is shown, and what comes out: `Tracker`, `Sequence`, `Track`, and the loop `track`.
+"""What a tracker is, what it is shown, and what comes out: `Tracker`, `Sequence`, `Track`, and the loop: `follow`, `track`.
 
 A tracker is a frozen dataclass whose fields are the paper's parameters, with two pure methods: ``init`` looks at the object once,
 ``step`` finds it again.  Nothing is hidden in the tracker itself, so ``replace(tracker, n=75)`` is all a particle slider has to do,
@@ -17,7 +17,8 @@ import numpy as np
 class Tracker(Protocol):
     """The one protocol of all trackers.
 
-    ``info`` is a dict with at least ``region`` (5,), ``score`` (the likelihood of the estimate, in [0, 1]) and ``lost`` (bool).
+    ``info`` is a dict with at least ``region`` (5,), ``score`` (the likelihood of the estimate, in [0, 1], NaN where a rival
+    does not tell it) and ``lost`` (bool).
     """
 
     def init(self, frame: np.ndarray, region: np.ndarray, rng: np.random.Generator) -> Any:
@@ -67,23 +68,25 @@ def report(region, distance, lost_above, **more):
     return {"region": region, "score": float(np.exp(-20 * distance**2)), "distance": float(distance), "lost": bool(distance > lost_above), **more}
 
 
-def track(tracker, sequence, seed=0, start=None):
-    """Run a tracker over a sequence, started on the first true region or on `start` (5,).
+def follow(tracker, sequence, seed=0, start=None):
+    """Run a tracker over a sequence, started on the first true region or on `start` (5,), and yield the info of each frame.
 
-    Returns a `Track` of the sequence's length.  Raises ValueError when there is no region to start on.
+    Nothing is kept, so that a long video takes no more memory than a short one.
+    Raises ValueError when there is no region to start on.
     """
     start = sequence.truth[0] if start is None else np.asarray(start, float)
     if not np.all(np.isfinite(start)):
         raise ValueError(f"{sequence.name}: the first frame has no true region; pass start=(cx, cy, theta, hx, hy)")
     rng, frames = np.random.default_rng(seed), iter(sequence.frames)
     state = tracker.init(next(frames), start, rng)
-    infos = [{"region": start, "score": 1.0, "lost": False}]
+    yield {"region": start, "score": 1.0, "lost": False}
     for frame in frames:
         state, info = tracker.step(state, frame, rng)
-        infos.append(info)
-    return _collect(infos)
+        yield info
 
 
-def _collect(infos):
+def track(tracker, sequence, seed=0, start=None):
+    """All that `follow` yields, with the same arguments, as a `Track` of the sequence's length."""
+    infos = list(follow(tracker, sequence, seed, start))
     columns = {key: [info.get(key) for info in infos] for key in infos[-1]}
     return Track(np.array(columns.pop("region"), float), np.array(columns.pop("score"), float), np.array(columns.pop("lost"), bool), columns)

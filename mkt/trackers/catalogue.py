@@ -1,6 +1,9 @@
 """The trackers by the names that commands, figures and tables use; the first five are (1) to (5) of figure 6 in [T09], in its order."""
 
+from dataclasses import replace
+
 from mkt.kernels import Kernels
+from mkt.trackers.baselines import MIL, CamShift, MeanShift
 from mkt.trackers.combined import Combined
 from mkt.trackers.guided import Guided
 from mkt.trackers.particle_filter import ParticleFilter
@@ -13,6 +16,9 @@ TRACKERS = {
     "pf-75": ParticleFilter(n=75),
     "combined": Combined(),
     "guided": Guided(),
+    "mil": MIL(),
+    "camshift": CamShift(),
+    "meanshift": MeanShift(),
 }
 LABELS = {
     "pf-1": "(1) one kernel, 500 particles",
@@ -21,6 +27,9 @@ LABELS = {
     "pf-75": "(4) nine parts, 75 particles",
     "combined": "(5) combined, 75 particles",
     "guided": "guided (ours)",
+    "mil": "MIL (OpenCV)",
+    "camshift": "CamShift (OpenCV)",
+    "meanshift": "MeanShift (OpenCV)",
 }
 
 
@@ -29,3 +38,16 @@ def get(name):
     if name not in TRACKERS:
         raise KeyError(f"no tracker {name!r}; there are {', '.join(TRACKERS)}")
     return TRACKERS[name]
+
+
+def with_particles(name, n):
+    """The tracker of a name, with n particles.  Raises KeyError as `get` does, ValueError when it has none, or when n is not positive."""
+    tracker = get(name)
+    if n < 1:
+        raise ValueError(f"particles is {n}; there must be at least 1")
+    if hasattr(tracker, "n"):
+        return replace(tracker, n=n)
+    if not hasattr(tracker, "filter"):
+        able = ", ".join(other for other, t in TRACKERS.items() if hasattr(t, "n") or hasattr(t, "filter"))
+        raise ValueError(f"the tracker {name!r} has no particles; leave their number out, or choose one of {able}")
+    return replace(tracker, filter=replace(tracker.filter, n=n))
