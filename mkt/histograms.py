@@ -93,7 +93,7 @@ class ColorBins:
         looked_up = [_translated(channel, table) for channel, table in zip(channels, self._tables)]
         if self.space == "hsv":
             grey = (channels[1] <= 255 * self.s_min) | (channels[2] <= 255 * self.v_min)
-            return np.where(grey, looked_up[2], looked_up[0] + looked_up[1])
+            return cv2.copyTo(looked_up[2], grey.view(np.uint8), looked_up[0] + looked_up[1])  # several times as fast as numpy's where
         return sum(looked_up[1:], looked_up[0])
 
 
@@ -133,7 +133,10 @@ def sample(image, m, kernels, region):
 
 def _finite_matrices(regions):
     """The maps (N, 2, 3) from canonical points to the image; what is not finite goes far outside."""
-    return np.nan_to_num(warp_matrices(regions), nan=-1e6, posinf=-1e6, neginf=-1e6).astype(np.float32)
+    matrices = warp_matrices(regions)
+    if not np.isfinite(matrices).all():
+        matrices[~np.isfinite(matrices)] = -1e6
+    return matrices.astype(np.float32)
 
 
 def _look_up(image, m, kernels, matrices):

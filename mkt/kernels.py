@@ -18,7 +18,7 @@ import numpy as np
 from mkt.regions import HX, HY
 
 GRIDS = {"one": 1, "2x2": 2, "3x3": 3, "4x4": 4}
-LAYOUTS = (*GRIDS, "tiles", "ellipse")
+LAYOUTS = (*GRIDS, "cut", "tiles", "ellipse")
 PROFILES = ("epanechnikov", "uniform")
 
 
@@ -26,8 +26,9 @@ PROFILES = ("epanechnikov", "uniform")
 class Kernels:
     """A kernel configuration: numbers and names here, the arrays they imply as properties.
 
-    layout:   "one", "2x2", "3x3", "4x4" kernels that stay inside the object, neighbours half a radius apart along its shorter side; "tiles",
-              a 3x3 partition of the rectangle; "ellipse", everything inside the ellipse of the half axes, as in [N03].
+    layout:   "one", "2x2", "3x3", "4x4" kernels that stay inside the object, neighbours half a radius apart along its shorter side;
+              "cut", those of "3x3" moved out to the middles of the tiles, so that the object's border cuts them off; "tiles", a 3x3
+              partition of the rectangle; "ellipse", everything inside the ellipse of the half axes, as in [N03].
     profile:  "epanechnikov", k(r^2) = 1 - r^2, (10) of [T09] and (2) of [N03]; or "uniform", k = 1 on the support.
     span:     factor on the kernels' radius h.  At 1 the nine kernels have h = min(W, H) / 3 with centres at +-(W/2 - h), +-(H/2 - h):
               supports that leave the object make a tracker shrink.
@@ -72,13 +73,14 @@ class Kernels:
             return self.span * self.half_sides / 3
         # k kernels a side, neighbours half a radius apart, the outer ones touching the border: h = 2 W / (k + 3).
         sides = 2 * self.half_sides if self.elliptic else np.full(2, 2 * self.half_sides.min())
-        return self.span * sides * 2 / (GRIDS[self.layout] + 3)
+        return self.span * sides * 2 / (GRIDS.get(self.layout, 3) + 3)
 
     @cached_property
     def centres(self):
         """(J, 2) kernel centres c_j in the object plane, row by row."""
-        k = 3 if self.layout == "tiles" else GRIDS.get(self.layout, 1)
-        reach = self.half_sides * 2 / 3 if self.layout == "tiles" else np.maximum(self.half_sides - self.radii, 0)
+        on_tiles = self.layout in ("tiles", "cut")
+        k = 3 if on_tiles else GRIDS.get(self.layout, 1)
+        reach = self.half_sides * 2 / 3 if on_tiles else np.maximum(self.half_sides - self.radii, 0)
         along = np.linspace(-1, 1, k) if k > 1 else np.zeros(1)
         return reach * np.stack(np.meshgrid(along, along), -1).reshape(-1, 2)
 

@@ -35,8 +35,13 @@ def warp_matrices(regions):
     regions: (..., 5) [px, rad].  Returns (..., 2, 3), so that ``A @ (px, py, 1)`` is the image point [px].
     """
     regions = np.asarray(regions, float)
-    linear = rotation(regions[..., THETA]) * regions[..., None, HX:]
-    return np.concatenate([linear, regions[..., :2, None]], -1)
+    c, s = np.cos(regions[..., THETA]), np.sin(regions[..., THETA])
+    hx, hy = regions[..., HX], regions[..., HY]
+    matrices = np.empty((*regions.shape[:-1], 2, 3))  # filled in place: an optimiser warps one region in every step
+    matrices[..., 0, 0], matrices[..., 0, 1] = c * hx, -s * hy
+    matrices[..., 1, 0], matrices[..., 1, 1] = s * hx, c * hy
+    matrices[..., 2] = regions[..., :2]
+    return matrices
 
 
 def warp(regions, points):

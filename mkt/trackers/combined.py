@@ -44,4 +44,4 @@ class Combined:
         if (info["distance"] <= self.threshold) == self.as_printed:
             return state, info | {"steps": 0}
         region, distance, steps = self.ssd.refine(state.ssd, self.ssd.bins(frame), info["region"])
-        return state, info | report(region, distance, self.ssd.lost_above, steps=steps, evaluations=info["evaluations"] + steps + 1)
+        return state, info | report(region, distance, self.ssd.lost_above, steps=steps, evaluations=info["evaluations"] + steps)

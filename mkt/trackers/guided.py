@@ -94,7 +94,7 @@ class Guided:
         results, total = [], 0
         for region in (_drifted(state), *best):
             for target in state.targets[1:]:
-                region, k = minimise(target, image, region, self.steps, robust=True)
+                region, _, k = minimise(target, image, region, self.steps, robust=True)
                 total += k
             results.append(region)
         distances = state.targets[-1].distances(image, np.array(results))

@@ -10,13 +10,13 @@ kernels and their derivatives J_K are constants, so an iteration is one look-up,
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import cos, exp, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from mkt.histograms import ColorBins, Target, coefficient, learn, sample
+from mkt.histograms import ColorBins, Target, coefficient, distance, learn, sample
 from mkt.kernels import Kernels
-from mkt.regions import rotation
 from mkt.tracking import report
 
 
@@ -49,18 +49,21 @@ def template(kernels):
     return Template(sample, kernel, np.ascontiguousarray(columns[:, kernel, sample]))
 
 
+def count(target, labels, columns):
+    """Weighted histograms of the bins labels (n,) under the samples, one for each column of weights (k, P).  Returns (k, J, m)."""
+    m, j, pairs = target.bins.m, len(target.q), template(target.kernels)
+    place = labels[pairs.sample] + (m + 1) * pairs.kernel
+    return np.stack([np.bincount(place, column, j * (m + 1)) for column in columns]).reshape(-1, j, m + 1)[..., :m]
+
+
 def differentiate(target, image, region, derivative_of_c=True):
     """Histograms at a region and their derivatives by (tau_x, tau_y, theta, log s).
 
     image: (H, W) bins; region: (5,).  Returns q (J, m) and dq (4, J, m).  The quotient rule for q = counts / total brings in the derivative
     of C in (8), without which the size column is more than half wrong; derivative_of_c=False leaves it out, as a literal reading might.
     """
-    m, (j, n) = target.bins.m, target.kernels.weights.shape
-    pairs = template(target.kernels)
-    labels = sample(image, m, target.kernels, region)
-    place = labels[pairs.sample] + (m + 1) * pairs.kernel
-    size = j * (m + 1)
-    counts = np.bincount((place + size * np.arange(5)[:, None]).ravel(), pairs.columns.ravel(), 5 * size).reshape(5, j, m + 1)[..., :m]
+    labels = sample(image, target.bins.m, target.kernels, region)
+    counts = count(target, labels, template(target.kernels).columns)
     total = np.maximum(counts[0].sum(-1, keepdims=True), EMPTY)
     q, dq = counts[0] / total, counts[1:] / total
     return q, dq - q * dq.sum(-1, keepdims=True) if derivative_of_c else dq
@@ -69,41 +72,42 @@ def differentiate(target, image, region, derivative_of_c=True):
 def newton_step(q, dq, reference, trust=None):
     """Delta x = -2 J_U^+ e, (9): the Gauss-Newton step for (tau_x, tau_y, theta, log s).
 
-    q, reference: (J, m); dq: (4, J, m); trust: (J,) weights of the kernels in the sum of squares, all equal by default.  Returns (4,).  Rows of empty bins are zero; directions without curvature, such as the
-    orientation under one round kernel, get no step.
+    q, reference: (J, m); dq: (4, J, m); trust: (J,) weights of the kernels in the sum of squares, all equal by default.  Returns (4,).
+    Rows of empty bins are zero; directions without curvature, such as the orientation under one round kernel, get no step.
     """
-    root = np.sqrt(q)
-    jacobian = np.divide(dq, root, out=np.zeros_like(dq), where=q > EMPTY)
-    error = root - np.sqrt(reference)
-    if trust is not None:
-        jacobian, error = jacobian * np.sqrt(trust)[:, None], error * np.sqrt(trust)[:, None]
-    jacobian, error = jacobian.reshape(4, -1), error.ravel()
-    curvature, directions = np.linalg.eigh(jacobian @ jacobian.T)
-    kept = directions[:, curvature > FLAT * curvature[-1]]
-    return -2 * kept @ ((kept.T @ (jacobian @ error)) / curvature[curvature > FLAT * curvature[-1]])
+    seen = np.flatnonzero(q > EMPTY)
+    root = np.sqrt(q.ravel()[seen])
+    jacobian, error = dq.reshape(4, -1).take(seen, 1) / root, root - np.sqrt(reference.ravel()[seen])
+    weighted = jacobian if trust is None else jacobian * trust[seen // q.shape[1]]
+    curvature, directions = np.linalg.eigh(weighted @ jacobian.T)
+    flat = np.searchsorted(curvature, FLAT * curvature[-1], side="right")
+    directions, curvature = directions[:, flat:], curvature[flat:]
+    return -2 * directions @ (directions.T @ (weighted @ error) / curvature)
 
 
 def moved(region, step):
     """A region (5,) after a step (4,) taken in its own frame: c += s R(theta) tau, theta += dtheta, s *= exp(dlog s)."""
-    tau_x, tau_y, turn, growth = np.clip(step, -LARGEST_STEP, LARGEST_STEP)
-    size = np.sqrt(region[3] * region[4])
-    centre = region[:2] + size * rotation(region[2]) @ [tau_x, tau_y]
-    return np.concatenate([centre, [region[2] + turn], region[3:] * np.exp(growth)])
+    cx, cy, theta, hx, hy = region.tolist()
+    tau_x, tau_y, turn, growth = np.minimum(np.maximum(step, -LARGEST_STEP), LARGEST_STEP).tolist()
+    size, c, s, factor = sqrt(hx * hy), cos(theta), sin(theta), exp(growth)
+    return np.array([cx + size * (c * tau_x - s * tau_y), cy + size * (s * tau_x + c * tau_y), theta + turn, factor * hx, factor * hy])
 
 
 def minimise(target, image, start, iterations, derivative_of_c=True, tolerance=1e-2, robust=False):
-    """Repeat the step from a region (5,) until it is shorter than the tolerance.  Returns the region and the number of steps.
+    """Repeat the step from a region (5,) until it is shorter than the tolerance.
 
     robust: trust each kernel by its likeness, rho_j^8, so that hidden parts of the object do not pull.
+    Returns the region, its distance d_m as it was before the last step, and the number of steps.
     """
     region = np.asarray(start, float)
     for k in range(1, iterations + 1):
         q, dq = differentiate(target, image, region, derivative_of_c)
-        step = newton_step(q, dq, target.q, coefficient(q, target.q) ** 8 if robust else None)
+        rho = coefficient(q, target.q)
+        step = newton_step(q, dq, target.q, rho**8 if robust else None)
         region = moved(region, step)
         if np.abs(step).max() < tolerance:
             break
-    return region, k
+    return region, float(distance(rho, axis=-1)), k
 
 
 @dataclass(frozen=True)
@@ -131,18 +135,19 @@ class SSD:
 
     def step(self, state, frame, rng):
         """Minimise from the last estimate."""
-        region, distance, steps = self.refine(state, self.bins(frame), state.region)
-        return state._replace(region=region), report(region, distance, self.lost_above, steps=steps, evaluations=steps + 1)
+        region, d, steps = self.refine(state, self.bins(frame), state.region)
+        return state._replace(region=region), report(region, d, self.lost_above, steps=steps, evaluations=steps)
 
     def refine(self, state, image, start):
         """Minimise from any start (5,), span after span.  Returns the region, its distance d_m, and the number of steps."""
         region, steps = start, 0
         for target in state.targets:
-            region, k = minimise(target, image, region, self.iterations, self.derivative_of_c)
+            region, d, k = minimise(target, image, region, self.iterations, self.derivative_of_c)
             steps += k
-        factor = np.clip(np.sqrt(region[3] * region[4]) / state.size, *self.sizes) * state.size / np.sqrt(region[3] * region[4])
-        region = np.concatenate([region[:3], region[3:] * factor])
-        return region, float(state.targets[-1].distances(image, region)), steps
+        size = sqrt(region[3] * region[4])
+        smallest, largest = (bound * state.size for bound in self.sizes)
+        region[3:] *= min(max(size, smallest), largest) / size
+        return region, d, steps
 
 
 class SSDState(NamedTuple):
