@@ -1,6 +1,7 @@
 """The book: the catalogue, the notebooks as stored and as run, and the site, which is built once."""
 
 import re
+from html import unescape
 from html.parser import HTMLParser
 from urllib.parse import unquote
 
@@ -8,7 +9,7 @@ import nbformat
 import pytest
 
 from mkt import book as station
-from mkt import figures
+from mkt import claims, figures
 from mkt.book import catalogue, checks, execute, math_svg, pages
 from mkt.book.docstrings import escaped, listed
 
@@ -21,9 +22,15 @@ def notebooks():
     return execute.execute_all(BOOK.chapters, station.BUILD / "executed")
 
 
+def made_up_results():
+    """Every claim with made-up lines, one for each verdict, so that nothing has to be run."""
+    lines = tuple(claims.Line(f"<{verdict}>", "> 1", value, value, value, "deg", verdict) for value, verdict in enumerate(pages.BADGES))
+    return [claims.Result(claim, lines, 16, verdict) for claim, verdict in zip(claims.registry().values(), [*pages.BADGES] * 9)]
+
+
 @pytest.fixture(scope="session")
 def site():
-    return station.build().parent
+    return station.build(station.BUILD / "tests", made_up_results).parent
 
 
 def cells(*sources):
@@ -181,6 +188,15 @@ def test_gallery_leads_to_every_figure_its_chapter_and_its_source(site, pages_of
             assert f"{chapter.name}.html#{pages.anchor(id)}" in gallery.links
             assert pages._source(figures.get(id)) in gallery.links
             assert f"_static/gallery/{id}.webp" in gallery.loads
+
+
+def test_every_claim_is_on_its_page_with_sentence_and_verdict_in_words(site, pages_of):
+    text = unescape((site / "claims.html").read_text(encoding="utf-8"))
+    for result in made_up_results():
+        assert result.claim.id in pages_of[site / "claims.html"].ids
+        assert result.claim.sentence in text and result.claim.printed in text
+    assert all(f"<td><{verdict}></td>" in text and f"{sign} {verdict}</span>" in text for verdict, (_, sign) in pages.BADGES.items())
+    assert "claims.html" in pages_of[site / "index.html"].links
 
 
 def test_every_module_has_its_page(site):

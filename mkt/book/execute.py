@@ -113,11 +113,11 @@ def key(chapter):
 
 @functools.cache
 def library_key():
-    """A fingerprint of what every figure depends on.  How the pages look (mkt/book) is no part of it."""
+    """A fingerprint of what every figure depends on.  How the pages look (mkt/book) and what the claims are is no part of it."""
     paths = sorted(path for pattern in RESULTS_DEPEND_ON for path in ROOT.glob(pattern) if path.is_file())
     digest = hashlib.sha256(f"{sys.version} {os.environ.get('MKT_DATA')}".encode())
     for path in paths:
-        if path.parent.name != "book":
+        if path.parent.name not in ("book", "claims"):
             digest.update(path.read_bytes())
     return digest.hexdigest()
 

@@ -1,4 +1,4 @@
-"""The pages around the chapters: first page, gallery, library reference, Sphinx's configuration.
+"""The pages around the chapters: first page, gallery, claims, library reference, Sphinx's configuration.
 
 Each public function returns the text of one file.
 """
@@ -9,10 +9,12 @@ import pkgutil
 
 import mkt
 from mkt import figures
+from mkt.claims import BACKGROUNDS, FAILS, HOLDS, IN_PART, OBJECTS, RULE
+from mkt.claims.listing import measured
 
 EXTENSIONS = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "mkt.book.math_svg", "mkt.book.docstrings"]
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
-
+BADGES = {HOLDS: ("holds", "✓"), IN_PART: ("part", "◐"), FAILS: ("fails", "✗")}  # class and sign beside the words
 
 PAPERS = mkt.__doc__.partition("----------\n")[2].strip()
 
@@ -65,7 +67,8 @@ Here, a slider moves one parameter at a time. To move them together, to change t
 python3 -m mkt lab
 ```
 
-Every figure is one function of the library, and the [gallery](gallery.md) leads to all of them. Letters are explained on the
+Every figure is one function of the library, and the [gallery](gallery.md) leads to all of them. What the papers say in words is put to the
+test on the page of their [claims](claims.md). Letters are explained on the
 [symbols](symbols.md) page, functions in the [library](api/index.rst).
 
 ```{{toctree}}
@@ -80,6 +83,7 @@ Every figure is one function of the library, and the [gallery](gallery.md) leads
 :caption: Reference
 
 gallery
+claims
 symbols
 api/index
 ```
@@ -112,6 +116,45 @@ def _source(entry):
 
 def _headline(module):
     return importlib.import_module(module).__doc__.split("\n")[0].rstrip(".")
+
+
+def claims(results):
+    """claims.md: every judged claim with its numbers and its verdict.  results: list of `mkt.claims.Result`."""
+    count = " · ".join(f"{_badge(verdict)} {sum(r.verdict == verdict for r in results)}" for verdict in BADGES)
+    return f"""# Claims
+
+What the papers say in words, put to the test here, in our words and on our scenes: every tracker on {results[0].seeds} sequences of each scenario, with the objects
+{", ".join(OBJECTS)} before {", ".join(BACKGROUNDS)}. Two trackers are compared on the same sequences, run by run. A claim that does not hold here
+may hold on the papers' data, which nobody has; it is printed as it came out.
+
+```{{note}}
+The rule was laid down before the runs, and so were the bounds. {RULE} What equals its bound, or could not be measured, does not hold.
+```
+
+```{{raw}} html
+<p>{count}</p>
+<div class="mkt-scroll"><table class="mkt-claims">
+<thead><tr><th>measured here</th><th>claimed</th><th>value [95 % interval]</th><th>verdict</th></tr></thead>
+{"".join(map(_claim, results))}</table></div>
+```
+
+`python3 -m mkt claims` prints this table, `-o claims.csv` writes it into a file, and `--seeds 48` takes more sequences. The claims and their bounds
+are the functions of {", ".join(f"[`{name}`](api/{name}.rst)" for name in dict.fromkeys(r.claim.function.__module__ for r in results))}.
+"""
+
+
+def _claim(result):
+    claim = result.claim
+    about = html.escape(f"In the paper: {claim.printed}. {claim.remark}".strip())
+    lines = "".join(f"<tr><td>{html.escape(line.text)}</td><td>{html.escape(line.condition)}</td><td>{html.escape(measured(line))}</td>"
+                    f"<td>{html.escape(line.verdict)}</td></tr>\n" for line in result.lines)
+    return (f'<tbody id="{claim.id}"><tr class="mkt-claim"><th colspan="3" scope="rowgroup"><code>{claim.id}</code> {html.escape(claim.sentence)}'
+            f"<span>{about}</span></th><td>{_badge(result.verdict)}</td></tr>\n{lines}</tbody>\n")
+
+
+def _badge(verdict):
+    name, sign = BADGES[verdict]
+    return f'<span class="mkt-verdict mkt-{name}">{sign} {verdict}</span>'
 
 
 def anchor(id):
