@@ -125,7 +125,7 @@ def claims(results):
 
 What the papers say in words, put to the test here, in our words and on our scenes: every tracker on {results[0].seeds} sequences of each scenario, with the objects
 {", ".join(OBJECTS)} before {", ".join(BACKGROUNDS)}. Two trackers are compared on the same sequences, run by run. A claim that does not hold here
-may hold on the papers' data, which nobody has; it is printed as it came out.
+may still hold on the papers' own sequences, which are not public; it is printed as it came out.
 
 ```{{note}}
 The rule was laid down before the runs, and so were the bounds. {RULE} What equals its bound, or could not be measured, does not hold.
