@@ -31,6 +31,12 @@ def parser():
     _claims_arguments(_command(commands, "claims", run_claims, "put the papers' claims to the test",
                                "Runs the trackers over many seeds, on all cores, and judges each claim; runs that are known are not done again.",
                                "claims", "claims T09-c T09-d --seeds 48", "claims -o claims.csv"))
+    _track_arguments(_command(commands, "track", run_track, "track an object in a video of your own",
+                              "Follows what is inside a box of the first frame, and writes the video with what was found drawn into it (green; dashed red\n"
+                              "where the tracker says that it lost it) and a table beside it (.csv).  Without --box it shows the first frame under a grid,\n"
+                              "to read the box off.  Ctrl-C ends it and keeps what was done so far.",
+                              "track ball.mp4", "track ball.mp4 --box 120,80,60,40",
+                              "track holiday/ --box 120,80,60,40,-30 --tracker combined --particles 200 -o found.avi"))
     _command(commands, "bench", run_bench, "time the hot loop against its rivals",
              "Prints CPU milliseconds (median, one thread) side by side, with ratios.")
     _command(commands, "strip", run_strip, "remove outputs from the notebooks",
@@ -57,6 +63,16 @@ def _claims_arguments(sub):
     sub.add_argument("ids", nargs="*", metavar="ID", help="claims such as T09-c; all by default")
     sub.add_argument("--seeds", type=int, metavar="N", help="how many sequences of each scenario; 16 by default, at least 6")
     sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="also write the numbers into this CSV file")
+
+
+def _track_arguments(sub):
+    sub.add_argument("video", metavar="VIDEO", help="a video file, or a folder of images")
+    sub.add_argument("--box", metavar="X,Y,W,H[,ANGLE]", help="where the target is in the first frame: upper left corner, width and height [px], "
+                     "and, if you like, a clockwise rotation about its centre [degrees]")
+    sub.add_argument("--tracker", default="guided", metavar="NAME", help="guided (the default), combined, ssd, mil, ...; a wrong name lists all")
+    sub.add_argument("--particles", type=int, metavar="N", help="number of particles; the tracker's own by default")
+    sub.add_argument("--seed", type=int, default=0, metavar="S", help="of the tracker's chance (0); the same seed gives the same track")
+    sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="video to write: .webm, .mkv (lossless) or .avi; VIDEO-NAME.webm by default")
 
 
 def parse(arguments):
@@ -169,6 +185,29 @@ def run_claims(args):
             sweeps.table(listing.as_rows(results), args.output)
     except (KeyError, ValueError, OSError) as error:
         sys.exit(f"mkt claims: {error.args[0] if isinstance(error, KeyError) else error}")
+
+
+def run_track(args):
+    """Track in a video of the user's own, or show its first frame to read a box off."""
+    from mkt import recording
+    from mkt.datasets import video
+    from mkt.trackers import catalogue
+
+    try:
+        tracker = catalogue.get(args.tracker) if args.particles is None else catalogue.with_particles(args.tracker, args.particles)
+        clip = video(args.video)
+        output = recording.checked_output(args.output or f"{Path(args.video).resolve().stem}-{args.tracker}.webm", args.video)
+        if args.box is None:
+            print(recording.ask_for_box(clip, output), file=sys.stderr)
+            return 2
+        start = recording.parse_box(args.box, clip.frames[0])
+        done = recording.record(tracker, clip, output, args.seed, start, args.tracker)
+    except (KeyError, ValueError, OSError) as error:
+        sys.exit(f"mkt track: {error.args[0] if isinstance(error, KeyError) else error}")
+    print(f"{output}\n{output.with_suffix('.csv')}")
+    if done < len(clip):
+        print(f"stopped: {done} of {len(clip)} frames are in both, up to frame {done - 1}", file=sys.stderr)
+        return 130
 
 
 def run_bench(args):

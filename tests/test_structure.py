@@ -27,12 +27,13 @@ ALLOWED = {
     "sweeps": CORE | {"evaluation", "scenarios", "scenes"},
     "evaluation": {"regions", "tracking"},
     "plotting": {"regions", "kernels", "histograms", "tracking"},
+    "recording": {"regions", "tracking", "plotting"},
     "figures": MATERIAL | {"figures"},
     "widgets": MATERIAL | {"figures"},
     "bench": MATERIAL | {"figures"},
     "claims": MATERIAL | {"figures", "sweeps", "claims"},
     "book": MATERIAL | {"figures", "widgets", "book", "claims"},
-    "cli": MATERIAL | {"figures", "widgets", "book", "bench", "claims", "sweeps"},
+    "cli": MATERIAL | {"figures", "widgets", "book", "bench", "recording", "claims", "sweeps"},
 }
 DOORS = {
     "matplotlib": {"plotting", "figures", "widgets", "bench", "cli"},

@@ -1,0 +1,165 @@
+"""A track as files: `record` writes the video with what was found drawn into it, and a table beside it, frame by frame.
+
+Green is where the tracker says the target is, dashed red where it says that it lost it.  Only one frame at a time is in memory, and what
+is written up to an interruption can be used.
+"""
+
+import csv
+import os
+from contextlib import contextmanager
+from itertools import chain
+from pathlib import Path
+
+import cv2
+import numpy as np
+from tqdm import tqdm
+
+from mkt.plotting import CURRENT, DESIRED, canvas
+from mkt.regions import corners, from_box, to_box
+from mkt.tracking import follow
+
+CODECS = {".webm": "VP80", ".mkv": "FFV1", ".avi": "MJPG"}
+COLUMNS = ("frame", "cx [px]", "cy [px]", "theta [deg]", "hx [px]", "hy [px]", "score", "lost")
+DASHES = 5  # a side
+STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500)  # px, of the grid
+
+
+def parse_box(text, frame):
+    """The region (5,) of "x,y,w,h" or "x,y,w,h,angle": upper left corner and size [px] before the rotation about its centre [degrees].
+
+    frame: (H, W, 3), the image it is in.  Raises ValueError naming what is wrong and the remedy.
+    """
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (4, 5) or not np.isfinite(numbers).all():
+        raise ValueError(f"--box {text}: give four or five numbers x,y,w,h[,angle] without spaces, such as 120,80,60,40 or 120,80,60,40,30")
+    if min(numbers[2:4]) <= 0:
+        raise ValueError(f"--box {text}: its width or height is zero or negative; give x,y,w,h, not two corners")
+    height, width = frame.shape[:2]
+    region = from_box(numbers[:4], np.radians(numbers[4]) if len(numbers) == 5 else 0.0)
+    x, y, w, h = to_box(region)
+    if x >= width or y >= height or x + w <= 0 or y + h <= 0:
+        raise ValueError(f"--box {text}: it lies outside the image of {width}x{height} px; the upper left corner of the image is 0,0")
+    return region
+
+
+def checked_output(output, source):
+    """The path of the video to write.  Raises ValueError when it cannot be written, or would replace the source."""
+    output = Path(output).expanduser()
+    if output.suffix.lower() not in CODECS:
+        raise ValueError(f"-o {output}: cannot write {output.suffix or 'a file without an extension'}; choose one of {', '.join(CODECS)}")
+    if not output.parent.is_dir():
+        raise ValueError(f"-o {output}: no folder {output.parent}; create it, or choose another")
+    if output.resolve() == Path(source).expanduser().resolve():
+        raise ValueError(f"-o {output}: this is the video to be tracked; choose another name")
+    return output
+
+
+def record(tracker, sequence, output, seed=0, start=None, title=""):
+    """Follow the target and write output, and a table with the same name that ends in .csv, as it goes.
+
+    tracker, sequence, seed, start: see `mkt.tracking.follow`; output: path that ends as one of `CODECS`; title: a word for the corner.
+    Ctrl-C ends it early.  Returns the number of frames written.  Raises OSError when the files cannot be written; nothing is when the
+    tracker refuses the start.
+    """
+    infos = follow(tracker, sequence, seed, start)
+    infos = chain([next(infos)], infos)  # the start is learnt before a file is made
+    done = 0
+    with _video(output, sequence) as video, open(Path(output).with_suffix(".csv"), "w", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(COLUMNS)
+        try:
+            for frame, info in zip(tqdm(sequence.frames, desc=title, unit="frame", disable=None), infos):
+                table.writerow(row(done, info))
+                video.write(annotated(frame, info, f"{done} {title}")[..., ::-1])
+                done += 1
+        except KeyboardInterrupt:
+            pass
+    return done
+
+
+def row(index, info):
+    """The info of a frame as the numbers of `COLUMNS`."""
+    cx, cy, theta, hx, hy = info["region"]
+    return [index, *(f"{x:.3f}" for x in (cx, cy, np.degrees(theta), hx, hy)), f"{info['score']:.4g}", int(info["lost"])]
+
+
+def annotated(frame, info, label):
+    """A copy of a frame (H, W, 3) uint8 RGB with the region outlined and the label in a corner."""
+    image, lost = frame.copy(), info["lost"]
+    thick = max(1, round(frame.shape[0] / 240))
+    _outline(image, info["region"], _rgb(DESIRED if lost else CURRENT), thick, dashed=lost)
+    place, size = (4 * thick, frame.shape[0] - 5 * thick), 0.4 * thick
+    for color, width in ((0, 0, 0), 3 * thick), ((255, 255, 255), thick):
+        cv2.putText(image, label + " lost" * lost, place, cv2.FONT_HERSHEY_SIMPLEX, size, color, width, cv2.LINE_AA)
+    return image
+
+
+def _outline(image, region, color, thick, dashed):
+    """Draw the four sides, and a tick from the centre to the middle of the right one, so that the angle shows."""
+    c = corners(region)
+    sides = np.stack([c, np.roll(c, -1, axis=0)], 1)
+    if dashed:
+        t = np.linspace(0, 1, 2 * DASHES)[:, None]
+        sides = np.concatenate([(a + t * (b - a)).reshape(-1, 2, 2) for a, b in sides])
+    tick = np.stack([region[:2], c[1:3].mean(0)])[None]
+    lines = np.nan_to_num(16 * np.concatenate([sides, tick])).clip(-1e6, 1e6).round().astype(np.int32)  # in sixteenths of a pixel
+    cv2.polylines(image, list(lines), False, color, thick, cv2.LINE_AA, shift=4)
+
+
+def _rgb(color):
+    return tuple(bytes.fromhex(color[1:]))
+
+
+@contextmanager
+def _video(path, sequence):
+    """A cv2.VideoWriter for frames like those of a sequence, closed at the end.  An odd width or height loses its last pixel."""
+    height, width = sequence.frames[0].shape[:2]
+    codec = cv2.VideoWriter_fourcc(*CODECS[Path(path).suffix.lower()])
+    with _quiet():
+        writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, codec, sequence.fps, (width, height))
+    if not writer.isOpened():
+        raise OSError(f"{path}: cannot be written; is the folder writable, and is there room?")
+    try:
+        yield writer
+    finally:
+        writer.release()
+
+
+@contextmanager
+def _quiet():
+    """Nothing on stderr: FFmpeg's C code remarks there that it does not know OpenCV's tag of VP8, and writes it all the same."""
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
+
+
+def ask_for_box(sequence, output):
+    """Write the first frame under a grid of pixels next to the output.  Returns a text that says how to read a box off it."""
+    path = Path(output).with_name(Path(output).stem + "-first-frame.png")
+    pixel_grid(sequence.frames[0]).savefig(path)
+    return (f"no --box: where is the target?  Open {path}, the first frame with a grid in pixels.\n"
+            "Read off x,y of the target's upper left corner, its width w and its height h, and run this again with --box x,y,w,h")
+
+
+def pixel_grid(frame):
+    """A matplotlib Figure of a frame (H, W, 3) under a labelled grid, in the coordinates of a box: the image's own corner is 0,0."""
+    height, width = frame.shape[:2]
+    step = next((s for s in STEPS if width / s <= 20 and height / s <= 20), STEPS[-1])
+    fig = canvas((12, 12 * (height / width) + 0.6))
+    ax = fig.add_axes((0.05, 0.04, 0.93, 0.9))
+    ax.imshow(frame, extent=(0, width, height, 0))
+    columns, rows = range(0, width + 1, step), range(0, height + 1, step)
+    for color, line in ("black", 1.4), ("white", 0.6):  # seen on any ground
+        ax.vlines(columns, 0, height, color, lw=line, alpha=0.6)
+        ax.hlines(rows, 0, width, color, lw=line, alpha=0.6)
+    ax.set(xticks=columns, yticks=rows, xlim=(0, width), ylim=(height, 0), aspect="equal")
+    ax.tick_params(top=True, labeltop=True)
+    return fig
