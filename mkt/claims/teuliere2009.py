@@ -3,7 +3,6 @@
 import time
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
 from mkt.claims import Part, claim, contenders, setting
@@ -11,6 +10,7 @@ from mkt.figures.teuliere2009 import cost_surfaces
 from mkt.kernels import Kernels
 from mkt.scenarios import base
 from mkt.scenes import sequence
+from mkt.sweeps import one_thread
 from mkt.trackers.combined import Combined
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
@@ -115,12 +115,8 @@ def cpu_ratios(samples, scenes):
     """CPU time of 500 particles over that of the combination, with so many samples in every kernel layout.  Returns (scenes,)."""
     tiles, nine = Kernels("tiles", "uniform", samples=samples), Kernels("3x3", samples=samples)
     rivals = ParticleFilter(n=500, kernels=tiles), Combined(ParticleFilter(n=75, kernels=tiles), SSD(nine))
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
+    with one_thread():
         return np.array([_ratio(rivals, sequence(replace(base(*setting(seed)), length=LENGTH))) for seed in range(scenes)])
-    finally:
-        cv2.setNumThreads(threads)
 
 
 def _ratio(rivals, clip):
