@@ -21,6 +21,7 @@ from mkt.tracking import follow
 CODECS = {".webm": "VP80", ".mkv": "FFV1", ".avi": "MJPG"}
 COLUMNS = ("frame", "cx [px]", "cy [px]", "theta [deg]", "hx [px]", "hy [px]", "score", "lost")
 DASHES = 5  # a side
+BLACK, WHITE = (0, 0, 0), (255, 255, 255)
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500)  # px, of the grid
 
 
@@ -91,9 +92,7 @@ def annotated(frame, info, label):
     image, lost = frame.copy(), info["lost"]
     thick = max(1, round(frame.shape[0] / 240))
     _outline(image, info["region"], _rgb(DESIRED if lost else CURRENT), thick, dashed=lost)
-    place, size = (4 * thick, frame.shape[0] - 5 * thick), 0.4 * thick
-    for color, width in ((0, 0, 0), 3 * thick), ((255, 255, 255), thick):
-        cv2.putText(image, label + " lost" * lost, place, cv2.FONT_HERSHEY_SIMPLEX, size, color, width, cv2.LINE_AA)
+    _write(image, label + " lost" * lost, (5 * thick, frame.shape[0] - 5 * thick), thick)
     return image
 
 
@@ -107,6 +106,13 @@ def _outline(image, region, color, thick, dashed):
     tick = np.stack([region[:2], c[1:3].mean(0)])[None]
     lines = np.nan_to_num(16 * np.concatenate([sides, tick])).clip(-1e6, 1e6).round().astype(np.int32)  # in sixteenths of a pixel
     cv2.polylines(image, list(lines), False, color, thick, cv2.LINE_AA, shift=4)
+
+
+def _write(image, text, place, thick):
+    """White letters with a black rim: the same ones moved to four sides, for thicker ones would be wider."""
+    x, y = place
+    for dx, dy, color in (-1, 0, BLACK), (1, 0, BLACK), (0, -1, BLACK), (0, 1, BLACK), (0, 0, WHITE):
+        cv2.putText(image, text, (x + dx * thick, y + dy * thick), cv2.FONT_HERSHEY_SIMPLEX, 0.4 * thick, color, thick, cv2.LINE_AA)
 
 
 def _rgb(color):
