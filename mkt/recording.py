@@ -73,9 +73,10 @@ def record(tracker, sequence, output, seed=0, start=None, title=""):
         table.writerow(COLUMNS)
         try:
             for frame, info in zip(tqdm(sequence.frames, desc=title, unit="frame", disable=None), infos):
+                image = annotated(frame, info, f"{done} {title}")[..., ::-1]
                 table.writerow(row(done, info))
-                video.write(annotated(frame, info, f"{done} {title}")[..., ::-1])
                 done += 1
+                video.write(image)  # last, for an interruption shows after the call that took longest
         except KeyboardInterrupt:
             pass
     return done
