@@ -53,8 +53,8 @@ def checked_output(output, source):
         raise ValueError(f"-o {output}: cannot write {output.suffix or 'a file without an extension'}; choose one of {', '.join(CODECS)}")
     if not output.parent.is_dir():
         raise ValueError(f"-o {output}: no folder {output.parent}; create it, or choose another")
-    if output.resolve() == Path(source).expanduser().resolve():
-        raise ValueError(f"-o {output}: this is the video to be tracked; choose another name")
+    if Path(source).expanduser().resolve() in (output.resolve(), output.parent.resolve()):
+        raise ValueError(f"-o {output}: this is the video to be tracked, or in the folder of its images; choose another place")
     return output
 
 

@@ -105,6 +105,11 @@ def test_a_folder_of_images_the_default_names_and_particles(clip, box, tmp_path,
     assert sorted(path.name for path in tmp_path.glob("images-pf-75.*")) == ["images-pf-75.csv", "images-pf-75.webm"]
 
 
+def test_nothing_is_written_among_the_images(tmp_path):
+    with pytest.raises(ValueError, match="in the folder of its images; choose another place"):
+        recording.checked_output(tmp_path / "found.webm", tmp_path)
+
+
 def test_the_same_seed_gives_the_same_table(file, box, tmp_path):
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         run(file, "--box", box, "--tracker", "pf-75", "--seed", seed, "-o", tmp_path / f"{name}.avi")
@@ -140,7 +145,7 @@ def test_regions_far_off_can_be_drawn(region):
     (("FILE", "--box", "9,9,20,20", "-o", "x.mp4"), "-o x.mp4: cannot write .mp4; choose one of .webm, .mkv, .avi"),
     (("FILE", "--box", "9,9,20,20", "-o", "x"), "cannot write a file without an extension"),
     (("FILE", "--box", "9,9,20,20", "-o", "no/x.avi"), "-o no/x.avi: no folder no; create it, or choose another"),
-    (("FILE", "--box", "9,9,20,20", "-o", "FILE"), "this is the video to be tracked; choose another name"),
+    (("FILE", "--box", "9,9,20,20", "-o", "FILE"), "this is the video to be tracked, or in the folder of its images; choose another place"),
 ])
 def test_a_mistake_is_answered_in_a_sentence_and_nothing_is_written(words, said, file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
