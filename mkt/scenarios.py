@@ -4,9 +4,11 @@ Five scenarios that each ask one question (base, look-alike, occlusion, blur, il
 5 to 7 show.  The paths are random but smooth; everything follows from the arguments.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from mkt.scenes import Layer, Scene
+from mkt.scenes import Layer, Scene, regions
 
 LENGTH = 120
 WIDTH = 80.0  # of the object [px]
@@ -74,6 +76,40 @@ def illumination(seed, object="car", background="workshop"):
     gains = np.exp(rng.uniform(-0.5, 0.2, (4, 1)) + rng.normal(0, 0.12, (4, 3)))
     light = np.column_stack([[0.0, 40.0, 80.0, 120.0], np.concatenate([np.ones((1, 3)), gains[1:]])])
     return Scene(Layer(object, WIDTH, path(rng)), background, LENGTH, light=_rounded(light), seed=seed)
+
+
+def fast(seed, object="car", background="workshop", exposure=0.9):
+    """The sequence of figure 5 of [T09]: translation, rotation and scale, so fast that a shutter open for `exposure` of the frame period blurs it.
+
+    The path is the seed's, the sensor noise that of `Scene.seed`.  The speed is ours: about an eighth of the object's width a frame, up to a quarter.
+    """
+    rng = np.random.default_rng((6, seed))
+    return Scene(Layer(object, WIDTH, path(rng, 60, every=10, turn=0.4)), background, 60, shutter=exposure, seed=seed)
+
+
+def hidden(seed, object="car", background="workshop", first=46, frames=5):
+    """The sequence of figures 6 and 7 of [T09]: fast translation and rotation at a fixed size, totally hidden from frame `first` on for some frames.
+
+    The path is the seed's, the sensor noise that of `Scene.seed`.  The speed is ours: about a thirteenth of the object's width a frame, up to a sixth.
+    """
+    rng = np.random.default_rng((7, seed))
+    scene = Scene(Layer(object, WIDTH, path(rng, 80, every=16, growth=0.0)), background, 80, seed=seed)
+    return replace(scene, front=(screen(scene, first, frames),))
+
+
+def screen(scene, first, frames, speed=24.0, texture="bricks"):
+    """A screen carried past the target from right to left: the whole target is behind it during the exposures of just these frames.
+
+    It goes along with the target, and past it at `speed` [px a frame], so that every path is hidden for the same time.  Returns a `Layer`.
+    """
+    ends = np.array([first - scene.shutter / 2, first + frames - 1 + scene.shutter / 2])
+    _, _, theta, hx, hy = regions(scene, scene.target, ends).T
+    reach = np.abs(hx * np.cos(theta)) + np.abs(hy * np.sin(theta))  # half width of the upright box
+    times = np.arange(-1.0, scene.length + 1)
+    left, right = (side - speed * (times - end) for side, end in zip((-reach[0], reach[1]), ends))
+    way = np.column_stack([times, regions(scene, scene.target, times)[:, :2], 0 * times, 1 + 0 * times])
+    way[:, 1] += (left + right) / 2
+    return Layer(texture, float(np.ceil(right[0] - left[0])), _rounded(way))
 
 
 SCENARIOS = {"base": base, "look-alike": look_alike, "occlusion": occlusion, "blur": blur, "illumination": illumination}

@@ -9,7 +9,7 @@ specification gives the same frames, in any order.  Explained in notebook 02.
 """
 
 from collections.abc import Sequence as Series
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import cv2
@@ -76,7 +76,7 @@ class Scene:
 def sequence(scene, name="synthetic scene"):
     """The scene as a `Sequence`, with its exact truth."""
     times = np.arange(scene.length, dtype=float)
-    return Sequence(name, Frames(scene), regions(scene, scene.target, times), _visibility(scene))
+    return Sequence(name, Frames(scene), regions(scene, scene.target, times), _visibility(_noiseless(scene)))
 
 
 class Frames(Series):
@@ -94,16 +94,33 @@ class Frames(Series):
         return frame(self.scene, k % len(self))
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=400)
 def frame(scene, k):
     """Frame k of a scene, (H, W, 3) uint8 RGB, read-only."""
-    times = k + scene.shutter * _exposure(_subframes(scene, k))
-    blurred = sum(_instant(scene, t) for t in times) / len(times)
-    blurred *= _interpolated(scene.light, k).astype(np.float32)
-    blurred += scene.noise * np.random.default_rng((scene.seed, k)).standard_normal(blurred.shape, np.float32)
-    image = np.clip(np.rint(blurred), 0, 255).astype(np.uint8)
+    exposed = _exposed(_noiseless(scene), k)
+    noisy = np.random.default_rng((scene.seed, k)).standard_normal(exposed.shape, np.float32)
+    noisy *= scene.noise  # in place here and below: fresh memory costs as much as the arithmetic
+    noisy += exposed
+    image = np.clip(np.rint(noisy, out=noisy), 0, 255, out=noisy).astype(np.uint8)
     image.setflags(write=False)
     return image
+
+
+def _noiseless(scene):
+    """What all scenes have in common that differ in their sensor noise alone."""
+    return replace(scene, seed=0, noise=0.0)
+
+
+@lru_cache(maxsize=96)
+def _exposed(scene, k):
+    """Frame k before the sensor's noise, (H, W, 3) float32; kept for the runs that differ in the noise alone."""
+    first, *others = k + scene.shutter * _exposure(_subframes(scene, k))
+    exposed = _instant(scene, first)
+    for t in others:
+        exposed += _instant(scene, t)
+    exposed /= 1 + len(others)
+    exposed *= _interpolated(scene.light, k).astype(np.float32)
+    return exposed
 
 
 def _exposure(n):
@@ -231,12 +248,17 @@ def _painting(scene, layer, t):
 
 def _paint(image, scene, layer, t):
     window, part = _painting(scene, layer, t)
-    image[window] = image[window] * (1 - part[..., 3:]) + part[..., :3]
+    seen = image[window]
+    seen *= 1 - part[..., 3:]
+    seen += part[..., :3]
 
 
+@lru_cache(maxsize=64)
 def _visibility(scene):
-    """Visible fraction of the target in every frame, (T,) in [0, 1]: not hidden by what is in front, and inside the image."""
-    return np.array([_visible(scene, t) for t in range(scene.length)])
+    """Visible fraction of the target in every frame, (T,) in [0, 1], read-only: not hidden by what is in front, and inside the image."""
+    visible = np.array([_visible(scene, t) for t in range(scene.length)])
+    visible.setflags(write=False)
+    return visible
 
 
 def _visible(scene, t):
