@@ -16,8 +16,8 @@ from matplotlib.patches import Ellipse, Rectangle
 from mkt.regions import corners
 
 TRUTH, DESIRED, CURRENT = "black", "#d62728", "#2ca02c"
-# The trackers (1) to (5) of [T09], from the colour-blind safe palette of Okabe and Ito.
-TRACKERS = ("#56b4e9", "#d55e00", "#0072b2", "#cc79a7", "#009e73")
+# The trackers (1) to (5) of [T09] by their names in `mkt.trackers.catalogue`, from the colour-blind safe palette of Okabe and Ito.
+TRACKERS = {"pf-1": "#56b4e9", "ssd": "#d55e00", "pf-500": "#0072b2", "pf-75": "#cc79a7", "combined": "#009e73"}
 SURFACE = "viridis"
 
 matplotlib.rcParams.update({
@@ -53,6 +53,23 @@ def draw_region(ax, region, color=CURRENT, **style):
 def draw_box(ax, region, color=CURRENT, **style):
     """Outline a region (5,) [px, rad]."""
     ax.plot(*corners(region)[[0, 1, 2, 3, 0]].T, color=color, **{"lw": 1.8} | style)
+
+
+def draw_tracked(ax, frame, truth, estimate, color, title=""):
+    """A frame with the true region (5,), black and white so that it shows on any ground, and an estimate (5,) in its tracker's colour."""
+    show_frame(ax, frame, title)
+    draw_box(ax, truth, TRUTH, lw=2.2)
+    draw_box(ax, truth, "white", lw=1.1, ls=(0, (3, 3)))
+    draw_region(ax, estimate, color, lw=2)
+    ax.set(xlim=(-0.5, frame.shape[1] - 0.5), ylim=(frame.shape[0] - 0.5, -0.5))
+
+
+def draw_runs(ax, truth, runs, color, **labels):
+    """Curves over the frame number: the truth (T,) in black, several runs (R, T) thin, the first of them thick.  labels: as for ``Axes.set``."""
+    ax.plot(np.transpose(runs[1:]), color=color, lw=0.8, alpha=0.8)
+    ax.plot(runs[0], color=color, lw=2.2)
+    ax.plot(truth, color=TRUTH, lw=1.1)
+    ax.set(xlim=(0, len(truth) - 1), **labels)
 
 
 def draw_ellipse(ax, region, color=CURRENT, **style):

@@ -99,6 +99,6 @@ def test_nummiaro_fig2_the_top_is_near_the_annotated_head():
 
 def test_tracker_colours_differ_for_colour_blind_readers():
     """Luminance alone tells neighbours in the list apart, so that grey print and all kinds of colour blindness do."""
-    rgb = np.array([[int(c[i:i + 2], 16) for i in (1, 3, 5)] for c in TRACKERS]) / 255
+    rgb = np.array([[int(c[i:i + 2], 16) for i in (1, 3, 5)] for c in TRACKERS.values()]) / 255
     luminance = rgb @ [0.2126, 0.7152, 0.0722]
     assert np.abs(np.diff(np.sort(luminance))).min() > 0.02
