@@ -9,7 +9,7 @@ PACKAGE = Path(__file__).parent.parent / "mkt"
 
 # Each module may import those named here and nothing else of the package.
 CORE = {"regions", "kernels", "histograms", "particles", "tracking"}
-MATERIAL = CORE | {"trackers", "textures", "scenes", "scenarios", "video", "datasets", "evaluation", "plotting"}
+MATERIAL = CORE | {"trackers", "textures", "scenes", "scenarios", "video", "datasets", "evaluation", "plotting", "servo", "kalman", "robot", "loop"}
 ALLOWED = {
     "__init__": set(),
     "__main__": {"cli"},
@@ -26,6 +26,10 @@ ALLOWED = {
     "scenarios": {"scenes"},
     "sweeps": CORE | {"evaluation", "scenarios", "scenes"},
     "evaluation": {"regions", "tracking"},
+    "servo": {"regions"},
+    "kalman": {"servo"},
+    "robot": {"regions", "servo", "textures"},
+    "loop": {"regions", "tracking", "servo", "kalman", "robot"},
     "plotting": {"regions", "kernels", "histograms", "tracking"},
     "recording": {"regions", "tracking", "plotting"},
     "figures": MATERIAL | {"figures"},
@@ -40,7 +44,7 @@ DOORS = {
     "ipywidgets": {"widgets"},
     "sphinx": {"book"},
     "nbclient": {"book"},
-    "control": set(),
+    "control": {"kalman"},
 }
 FILES = sorted(PACKAGE.rglob("*.py"))
 
