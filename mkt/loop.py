@@ -23,7 +23,8 @@ UNKNOWN = np.full(4, np.nan)
 
 
 class ServoState(NamedTuple):
-    """The last error (4,), None if there was none; the twists of the last frames (delay + 1, 6), oldest last; the filter's state (2, 4); lost frames in a row."""
+    """The last error (4,), None if there was none; the twists of the last frames (delay + 1, 6), oldest last; the filter's state (2, 4); and how
+    many frames in a row were lost."""
 
     error: np.ndarray | None
     twists: np.ndarray
@@ -136,8 +137,8 @@ class Run(NamedTuple):
     """Every history of an experiment, frame by frame, frame k at k dt.
 
     times: (T,) [s]; poses: (T, 4, 4) of the camera; cars: (T, 3) places [m, rad]; truths, regions: (T, 5) [px, rad], as they are and as they
-    were found; lost: (T,) said the tracker; features, errors: (T, 4); measured, estimated: (T, 4) of de/dt [1/s], NaN where nothing was
-    measured; velocities: (T, 6), the twist from frame k to k + 1 [m/s, rad/s]; held: (T,) was the camera.
+    were found; lost: (T,) said the tracker; features, errors: (T, 4) that the controller had; measured, estimated: (T, 4) of de/dt [1/s],
+    NaN where nothing was measured; velocities: (T, 6), the twist from frame k to k + 1 [m/s, rad/s]; held: (T,) was the camera.
     """
 
     times: np.ndarray

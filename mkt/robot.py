@@ -52,15 +52,16 @@ def to_and_fro(seed=0, speed=0.05, times=(1.0, 6.0, 7.4, 13.0), wobble=0.1, head
     white = np.random.default_rng(seed).standard_normal((3, len(middle)))
     noise = wobble * gaussian_filter1d(white, 5, axis=1, mode="wrap") * np.sqrt(2 * np.sqrt(np.pi) * 5)  # of unit variance before the factor
     rates = np.array([speed * noise[0], speed * (sign + noise[1]), noise[2]])
-    steps = np.concatenate([np.zeros((3, 1)), np.cumsum(0.1 * rates, 1)], 1)
-    return tuple(zip(t.tolist(), *steps[:2].tolist(), (heading + steps[2]).tolist()))
+    places = np.cumsum(np.column_stack([[0, 0, heading], 0.1 * rates]), 1)
+    return tuple(map(tuple, np.column_stack([t, *places]).tolist()))
 
 
 def circle(radius=0.08, period=12.0, length=24.0, heading=np.pi / 2):
     """A path round a circle [m] through the origin, the car keeping its heading, one turn a period [s]."""
     t = np.arange(0, length, 0.1)
     phase = 2 * np.pi * t / period
-    return tuple(zip(t.tolist(), (radius * (np.cos(phase) - 1)).tolist(), (radius * np.sin(phase)).tolist(), np.full(len(t), heading).tolist()))
+    table = np.column_stack([t, radius * (np.cos(phase) - 1), radius * np.sin(phase), np.full(len(t), heading)])
+    return tuple(map(tuple, table.tolist()))
 
 
 @dataclass(frozen=True)
@@ -81,9 +82,9 @@ class Workspace:
     noise: float = 3.0
 
     def __post_init__(self):
-        for field, ok in (("width", self.width > 0), ("table_width", self.table_width > 0), ("exposure", self.exposure >= 0), ("noise", self.noise >= 0)):
-            if not ok:
-                raise ValueError(f"{field} is {getattr(self, field)}, which is not possible; see Workspace")
+        for field, least in (("width", 1e-6), ("table_width", 1e-6), ("exposure", 0), ("noise", 0)):
+            if not getattr(self, field) >= least:
+                raise ValueError(f"{field} is {getattr(self, field)}; it must be at least {least}")
 
     @property
     def sides(self):
