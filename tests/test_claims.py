@@ -107,16 +107,18 @@ def test_a_wrong_command_is_answered_before_anything_runs(words, said, monkeypat
     assert said in stopped.value.code
 
 
-# The papers' sentences.  Only what holds here is asserted; all verdicts are on the page of the book.
+# The papers' sentences.  Only what holds here over a few seeds too is asserted; all verdicts are on the page of the book.
 
-def lines(id):
-    (result,) = claims.judge([id], seeds=6, processes=1)
-    return {part.text: part for part in result.lines}
-
-
-def test_several_kernels_feel_a_rotation():
-    assert all(part.verdict == HOLDS for part in lines("T09-a").values())
+@pytest.fixture(scope="module")
+def held():
+    return {result.claim.id: result for result in claims.judge(["T09-a", "T09-d", "T09-e"], seeds=6, processes=1)}
 
 
-def test_one_kernel_misses_the_orientation():
-    assert all(part.verdict == HOLDS for part in lines("T09-d").values())
+@pytest.mark.parametrize("id", ["T09-a", "T09-d"])
+def test_what_holds_here(id, held):
+    assert held[id].verdict == HOLDS, held[id].lines
+
+
+def test_few_particles_are_less_precise(held):
+    """The orientation needs more seeds than these to be told apart for certain."""
+    assert [part.verdict for part in held["T09-e"].lines] in ([HOLDS, HOLDS], [HOLDS, IN_PART])

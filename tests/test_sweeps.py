@@ -24,7 +24,7 @@ FAKE = {"scenario": "base", "overlap": 0.5, "position": 1.0, "orientation": 2.0,
 def short(monkeypatch):
     """Eight frames will do."""
     base = scenarios.base
-    monkeypatch.setitem(scenarios.SCENARIOS, "base", lambda *arguments: dataclasses.replace(base(*arguments), length=8))
+    monkeypatch.setitem(sweeps.SCENES, "base", lambda *arguments: dataclasses.replace(base(*arguments), length=8))
 
 
 @pytest.fixture
