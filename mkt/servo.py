@@ -123,7 +123,8 @@ def moments(corners):
     corners: (4, 2) in normalised image coordinates, in order.  Returns (4,).  Raises ValueError where it has no area.
     """
     a, centre, _, (m20, m11, m02) = _moments(*quadrature(corners))
-    return np.array([*centre, 1, np.arctan2(2 * m11, m20 - m02) / 2 * np.sqrt(a)]) / np.sqrt(a)
+    a_n = 1 / np.sqrt(a)
+    return np.array([*(a_n * centre), a_n, np.arctan2(2 * m11, m20 - m02) / 2])
 
 
 def interaction_matrix_tilted(corners, plane):
@@ -135,9 +136,9 @@ def interaction_matrix_tilted(corners, plane):
     Every point of the target moves by the interaction matrix of a point, dx/dt = l(x) v.  So a moment m = int f(x) dx changes by
     dm/dt = int (grad f . l + f div l) dx v.  The integrals are sums over nine points, exact for the polynomials that occur here.
     """
-    (x, y), weights = quadrature(corners)
-    a, centre, centred, (m20, m11, m02) = _moments(np.array([x, y]), weights)
-    (u, v), (A, B, C), o = centred, plane, np.zeros(9)
+    points, weights = quadrature(corners)
+    a, centre, centred, (m20, m11, m02) = _moments(points, weights)
+    (x, y), (u, v), (A, B, C), o = points, centred, plane, np.zeros(9)
     d = A * x + B * y + C  # inverse depths
     flow = np.array([[-d, o, x * d, x * y, -1 - x * x, y], [o, -d, y * d, 1 + y * y, -x * y, -x]])  # l, (2, 6, 9)
     div = np.array([o - A, o - B, 3 * d - C, 3 * y, -3 * x, o])
