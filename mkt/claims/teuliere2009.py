@@ -99,7 +99,8 @@ def the_combination_is_as_accurate(runs):
 
     As accurate means at most .02 of overlap worse.  75 of 500 particles are 85 % fewer; the paper's conclusion says 75 %.
     """
-    return [Part(f"{scenario}: overlap, combination minus 500 particles", runs(scenario, "combined", "overlap") - runs(scenario, "pf-500", "overlap"), -MARGIN)
+    return [Part(f"{scenario}: overlap, combination minus 500 particles",
+                 runs(scenario, "combined", "overlap") - runs(scenario, "pf-500", "overlap"), -MARGIN)
             for scenario in ("base", "occlusion", "hidden", "fast", "blur")]
 
 
