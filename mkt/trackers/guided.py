@@ -56,7 +56,7 @@ class Guided:
     seen: float = 0.6
     glimpse: float = 0.4
     feedback: float = 0.5
-    motion: Motion = Motion(position=0.1, velocity=0.1)
+    motion: Motion = Motion(position=0.1)
     bins: ColorBins = ColorBins()
 
     def init(self, frame, region, rng):
