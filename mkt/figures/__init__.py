@@ -13,7 +13,7 @@ from typing import Callable
 
 from mkt.plotting import canvas
 
-MODULES = ("teuliere2009", "nummiaro2003", "own")
+MODULES = ("teuliere2009", "teuliere2009_tracking", "nummiaro2003", "own", "lessons")
 _REGISTRY = {}
 
 
