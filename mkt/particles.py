@@ -2,6 +2,8 @@
 
 A particle is a hypothesis about the target: a region and its velocity.  A filter step is *predict* (a motion model moves every
 particle), *weigh* (the tracker's business) and *resample* (a scheme ``weights -> ancestors`` says which particles live on).
+
+Explained in notebook 05.
 """
 
 from dataclasses import dataclass

@@ -3,6 +3,8 @@
 The filter's estimate is close to the minimum, the optimiser makes it exact.  While the target is hidden there is no minimum to find,
 so beyond a threshold on the distance the filter's estimate is kept.  The paper prints the switch as "optimise where d_m >= threshold",
 which would optimise only when the target is hidden; its own prose and figures need the opposite.
+
+Explained in notebook 06.
 """
 
 from dataclasses import dataclass

@@ -9,6 +9,8 @@ What it adds to the combination of [T09], each for a failure seen there:
 * **feedback**: part of the particles begins the next frame at the corrected estimate (precision);
 * **floor**: a small constant added to every likelihood keeps hypotheses alive while the target is hidden (occlusion);
 * **light**: three gains follow the light (`mkt.trackers.light`), so that the reference itself never changes and cannot drift (illumination).
+
+Explained in notebook 06.
 """
 
 from dataclasses import dataclass

@@ -2,6 +2,8 @@
 
 Every frame: predict each particle, weigh it by its likelihood (13), estimate by the weighted mean, draw the next set with replacement.
 No gradient is needed and several hypotheses can live side by side, which is what carries a track through blur and occlusion.
+
+Explained in notebook 05.
 """
 
 from dataclasses import dataclass

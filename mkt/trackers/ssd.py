@@ -6,6 +6,8 @@ The sum of squared differences O(x) = |sqrt(q*) - sqrt(q(x))|^2, (6), is minimis
 
 The step is taken in the *object's* frame: a shift (tau_x, tau_y) in the object plane, a turn and a factor on the size.  There the
 kernels and their derivatives J_K are constants, so an iteration is one look-up, one weighted count and a 4 x 4 solve.
+
+Explained in notebook 04.
 """
 
 from dataclasses import dataclass, replace
