@@ -58,6 +58,39 @@ class Motion:
         return Particles(np.column_stack([centres, angles, sizes]), velocities)
 
 
+@dataclass(frozen=True)
+class EllipseMotion:
+    """s_t = A s_(t-1) + w for samples s = (x, y, vx, vy, Hx, Hy, va), (9) of [N03]: constant velocity and constant change of scale.
+
+    va is the change of a = sqrt(Hx^2 + Hy^2) a frame.  How it enters Hx and Hy is not printed; linear, and true to the aspect, is
+    Hx += (Hx0 / a0) va and Hy += (Hy0 / a0) va, with the half axes of the start.
+
+    w is Gaussian; standard deviations, in sqrt(Hx Hy) a frame: position, velocity, axes (of Hx and Hy, each for itself), growth (of va).
+    smallest: [px] half axes do not fall below it.  The paper prints no numbers: these are ours.
+    """
+
+    position: float = 0.05
+    velocity: float = 0.02
+    axes: float = 0.02
+    growth: float = 0.002
+    smallest: float = 4.0
+
+    def transition(self, half_axes):
+        """A (7, 7) for a start with half axes (2,) [px]."""
+        A = np.eye(7)
+        A[[0, 1], [2, 3]] = 1
+        A[4:6, 6] = half_axes / np.linalg.norm(half_axes)
+        return A
+
+    def predict(self, samples, half_axes, rng):
+        """Samples (N, 7) one frame later; half_axes: (2,) of the start [px].  Returns (N, 7)."""
+        sigma = np.array([self.position, self.position, self.velocity, self.velocity, self.axes, self.axes, self.growth])
+        unit = np.sqrt(samples[:, 4:5] * samples[:, 5:6])
+        samples = samples @ self.transition(half_axes).T + sigma * unit * rng.standard_normal(samples.shape)
+        samples[:, 4:6] = np.maximum(samples[:, 4:6], self.smallest)
+        return samples
+
+
 def normalised(log_weights):
     """Weights of sum 1 from their logarithms, (N,); equal ones when none is finite.
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from mkt.kernels import Kernels
+from mkt.trackers.adaptive import Adaptive
 from mkt.trackers.baselines import MIL, CamShift, MeanShift
 from mkt.trackers.combined import Combined
 from mkt.trackers.guided import Guided
@@ -16,6 +17,7 @@ TRACKERS = {
     "pf-75": ParticleFilter(n=75),
     "combined": Combined(),
     "guided": Guided(),
+    "adaptive": Adaptive(),
     "mil": MIL(),
     "camshift": CamShift(),
     "meanshift": MeanShift(),
@@ -27,6 +29,7 @@ LABELS = {
     "pf-75": "(4) nine parts, 75 particles",
     "combined": "(5) combined, 75 particles",
     "guided": "guided (ours)",
+    "adaptive": "adaptive colour particle filter [N03]",
     "mil": "MIL (OpenCV)",
     "camshift": "CamShift (OpenCV)",
     "meanshift": "MeanShift (OpenCV)",
