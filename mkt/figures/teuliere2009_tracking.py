@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mkt.evaluation import errors, overlap
+from mkt.evaluation import HIT, SEEN, errors, overlap
 from mkt.figures import figure
 from mkt.figures.runs import clip, run
 from mkt.plotting import TRACKERS as COLORS
@@ -15,8 +15,6 @@ from mkt.trackers.catalogue import LABELS, TRACKERS
 
 RUNS = 5  # over one path: the sensor noise and the tracker's random numbers differ
 FIRST = 46  # printed, Section VI-A: the frame of the rupture
-MISS = 0.2  # overlap up to which a frame counts as a miss
-SEEN = 0.5  # visible fraction from which a frame is scored
 _SLIDERS = {"particles": [25, 75, 250], "threshold": [0.4, 0.6, 0.8], "occlusion": [5, 10], "seed": [0, 1, 2]}
 
 
@@ -47,7 +45,7 @@ def before_and_after(regions, sequence):
     e, frames = errors(regions, sequence.truth), np.arange(len(sequence))
     parts = [(sequence.visibility > SEEN) & part for part in ((0 < frames) & (frames < FIRST), frames >= FIRST)]
     position, orientation = ([np.median(value[..., part], -1) for part in parts] for value in e[:2])
-    return np.array(position), np.rad2deg(orientation), np.median(overlap(regions[..., -10:, :], sequence.truth[-10:]), -1) <= MISS
+    return np.array(position), np.rad2deg(orientation), np.median(overlap(regions[..., -10:, :], sequence.truth[-10:]), -1) <= HIT
 
 
 @figure("teuliere2009.fig6", size=(10, 9.4), **_SLIDERS)
