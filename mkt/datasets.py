@@ -1,4 +1,4 @@
-"""Real sequences: readers that turn the field's ground-truth formats into one `Sequence`, and where the data are found.
+"""Real sequences: readers that turn the field's ground-truth formats into one `Sequence`.  `mkt.archives` says where the data are found.
 
 Each reader is: read the numbers, turn them into regions, check them against the frames.  Frames in which the target is hidden have
 NaN as their region and 0 as their visibility.  Ground truth comes from strangers: it is read as numbers and nothing else, and
@@ -19,6 +19,7 @@ Explained in notebook 03.
 import importlib.metadata
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -40,14 +41,8 @@ def data_root():
     root = os.environ.get("MKT_DATA")
     if root and not Path(root).is_dir():
         raise DataError(root, "MKT_DATA names a folder that does not exist",
-                        "set it to the folder that contains bobot/, or unset it")
+                        "set it to the folder that holds the benchmarks (`python3 -m mkt data` lists them), or unset it")
     return Path(root) if root else None
-
-
-def find_bobot():
-    """The BoBoT sequences in MKT_DATA/bobot, a dict from name to folder; empty when there are none."""
-    root = data_root()
-    return {f.name: f for f in sorted(root.glob("bobot/*/")) if _truth_files(f)} if root else {}
 
 
 def distribution_file(distribution, name):
@@ -198,6 +193,19 @@ def mot(folder, id):
     visibility[index] = rows[:, 8] if rows.shape[1] == 9 else 1
     _check(path, lines, truth[index], frames)
     return Sequence(f"{Path(folder).resolve().name}-{id}", frames, truth, visibility, "MOT", upright=True, fps=frames.fps)
+
+
+def mot_main(folder):
+    """The target with the most annotated frames of a MOT sequence, from its first frame to its last, as one `Sequence`.  Raises DataError."""
+    path = existing_folder(folder) / "gt" / "gt.txt"
+    _, rows = _numbers(path, (9, 10))
+    ids, counts = np.unique(rows[rows[:, 6] != 0, 1], return_counts=True)  # confidence 0 marks what is not to be scored
+    if not ids.size:
+        raise DataError(path, "no target is to be scored", "download it again: each row's seventh number is 0")
+    whole = mot(folder, int(ids[counts.argmax()]))
+    first, last = np.flatnonzero(whole.visibility > 0)[[0, -1]]
+    part = slice(first, last + 1)
+    return replace(whole, frames=whole.frames[part], truth=whole.truth[part], visibility=whole.visibility[part])
 
 
 def _mot_index(path, lines, numbers, length):

@@ -114,4 +114,4 @@ def screen(scene, first, frames, speed=24.0, texture="bricks"):
     return Layer(texture, float(np.ceil(right[0] - left[0])), _rounded(way))
 
 
-SCENARIOS = {"base": base, "look-alike": look_alike, "occlusion": occlusion, "blur": blur, "illumination": illumination}
+SCENARIOS = {"base": base, "look-alike": look_alike, "occlusion": occlusion, "blur": blur, "illumination": illumination, "fast": fast, "hidden": hidden}

@@ -1,6 +1,6 @@
 """Repeated runs: trackers x scenarios x seeds, over processes, cached on disk, with medians and bootstrap intervals.
 
-A job is a handful of names and numbers; its result is one row.  Rows are kept in ``.cache/sweeps`` under a hash of the job and of
+A job is a handful of names and numbers; its result is one row.  `Job` is a run on a synthetic scene, `Recorded` one on a real sequence.  Rows are kept in ``.cache/sweeps`` under a hash of the job and of
 all that it can depend on, each written in one piece, so that an interrupted sweep goes on where it stopped (at most the scenes
 under way are lost), two sweeps may run at once, and nothing stale or half-written is ever read.
 
@@ -25,7 +25,7 @@ import sys
 import time
 import uuid
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import groupby
 from pathlib import Path
@@ -36,17 +36,18 @@ import numpy as np
 from joblib import Parallel, delayed
 from tqdm import tqdm
 
-from mkt.evaluation import errors, overlap
-from mkt.scenarios import SCENARIOS, fast, hidden
+from mkt.archives import Found
+from mkt.evaluation import HIT, errors, judged, overlaps, success, true_positives
+from mkt.scenarios import SCENARIOS
 from mkt.scenes import sequence
-from mkt.tracking import track
+from mkt.tracking import follow, track
 
 PACKAGE = Path(__file__).parent
 CACHE = PACKAGE.parent / ".cache" / "sweeps"
-SCENES = SCENARIOS | {"fast": fast, "hidden": hidden}  # the tests of a tracker, and the sequences of figures 5 to 7 in [T09]
-HIT = 0.2  # overlap above which a frame counts as a true positive, T_lim of [C14]
+SCENES = dict(SCENARIOS)
 TURNED = 45.0  # [deg] beyond this the orientation is not the target's
 SHRUNK = 0.5  # share of the true area below which a region has shrunk
+NUMBERS = ("overlap", "hits", "hits_of_all", "area", "position", "orientation", "scale", "shrunk", "lost", "failed", "cpu_ms", "evaluations", "steps")
 SUMMARISED = ("overlap", "position", "orientation", "scale", "hits", "lost", "evaluations", "cpu_ms")
 SHARES = ("lost", "failed")  # 0 or 1 a run: their mean says more than their median
 
@@ -62,39 +63,94 @@ class Job:
     object: str = "car"
     background: str = "workshop"
 
+    @property
+    def scene(self):
+        """What jobs on the same frames have in common."""
+        return self.scenario, self.seed, self.object, self.background
+
+    def clip(self):
+        """The `Sequence`."""
+        return sequence(SCENES[self.scenario](self.seed, self.object, self.background))
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """One run on a real sequence: a tracker under a name, the `Found` sequence, the fingerprint of its files, the tracker's seed."""
+
+    name: str
+    tracker: Any
+    found: Found = field(repr=False)  # the same files at another place are the same job
+    fingerprint: str
+    seed: int = 0
+
+    @property
+    def scenario(self):
+        """What the sequence is called, "BoBoT/..."."""
+        return self.found.name
+
+    @property
+    def scene(self):
+        """What jobs on the same frames have in common."""
+        return self.scenario, 0, "", ""
+
+    def clip(self):
+        """The `Sequence`."""
+        return self.found.read()
+
+
+class Clocked:
+    """The frames of a `Sequence`, with the CPU time [s] that it took to make them: that time is not the tracker's."""
+
+    def __init__(self, frames):
+        self.frames, self.seconds = frames, 0.0
+
+    def __len__(self):
+        return len(self.frames)
+
+    def __getitem__(self, k):
+        start = time.process_time()
+        frame = self.frames[k]
+        self.seconds += time.process_time() - start
+        return frame
+
 
 def run(job):
     """Do one job.  Returns its row: who and what, the numbers of `score`, and what it cost.
 
     cpu_ms: CPU time [ms a frame], on a machine that is busy with other jobs; evaluations: regions looked at in a frame.
     steps: of the optimiser in a frame, over the frames in which it ran, NaN where there is none.
+    refused: why the tracker would not start on this target, empty where it did; all numbers are NaN then.
     """
-    clip = sequence(SCENES[job.scenario](job.seed, job.object, job.background))
-    for frame in clip.frames:
-        pass  # rendered now, so that the clock sees the tracker alone
-    start = time.process_time()
+    clip = job.clip()
+    clip = replace(clip, frames=Clocked(clip.frames))
+    row = dict(zip(("name", "scenario", "seed", "object", "background"), (job.name, *job.scene))) | {"seed": job.seed}
+    try:
+        next(follow(job.tracker, clip, job.seed))
+    except ValueError as error:
+        return row | dict.fromkeys(NUMBERS, np.nan) | {"refused": str(error)}
+    clip.frames.seconds, start = 0.0, time.process_time()
     result = track(job.tracker, clip, seed=job.seed)
-    milliseconds = 1e3 * (time.process_time() - start) / len(clip)
-    names = {key: value for key, value in asdict(job).items() if key != "tracker"}
+    milliseconds = 1e3 * (time.process_time() - start - clip.frames.seconds) / len(clip)
     steps = [k for k in result.info.get("steps", [])[1:] if k]
     cost = {"cpu_ms": milliseconds, "evaluations": float(np.mean(result.info["evaluations"][1:])), "steps": float(np.mean(steps)) if steps else np.nan}
-    return names | score(result, clip) | cost
+    return row | score(result, clip) | cost | {"refused": ""}
 
 
 def score(result, clip):
-    """What a `Track` is worth on its `Sequence`: means over the visible frames, dict of floats.
+    """What a `Track` is worth on its `Sequence`: means over the judged frames, dict of floats.
 
-    overlap; hits, the share of frames with an overlap above .2; position [px], orientation [deg], scale [log], all without sign.
+    overlap; hits, the share of true positives; hits_of_all, the same out of all frames, hidden ones too; area under the success curve.
+    position [px], orientation [deg], scale [log], all without sign.
     shrunk: the share of frames in which the region has less than half of the true area.
     lost, failed: 1 when none of the last ten frames is a hit, or none is one with the orientation right to 45 degrees.
     """
-    shown = clip.visibility > 0.5
-    shown[0] = False  # the tracker was told where the target is
-    iou, e = overlap(result.regions, clip.truth, clip.upright)[shown], errors(result.regions[shown], clip.truth[shown])
+    every, shown = overlaps(result.regions, clip), judged(clip)
+    iou, e = every[shown[1:]], errors(result.regions[shown], clip.truth[shown])
     degrees, hit = np.rad2deg(e.orientation), iou > HIT
     right = hit & (clip.upright | (degrees <= TURNED))
     return {
-        "overlap": float(np.mean(iou)), "hits": float(np.mean(hit)), "position": float(np.mean(e.position)),
+        "overlap": float(np.mean(iou)), "hits": float(true_positives(every)), "hits_of_all": float(true_positives(every, hidden=True)),
+        "area": float(np.mean(success(every))), "position": float(np.mean(e.position)),
         "orientation": float(np.mean(degrees)), "scale": float(np.mean(np.abs(e.scale))),
         "shrunk": float(np.mean(np.exp(2 * e.scale) < SHRUNK)),
         "lost": float(not hit[-10:].any()), "failed": float(not right[-10:].any()),
@@ -105,8 +161,8 @@ def sweep(jobs, processes=-1, cache=CACHE):
     """Do all jobs that are not yet in the cache, in parallel, with a progress bar.  Returns their rows in order, list of dicts."""
     places = [_place(job, cache) for job in jobs]
     rows = [_kept(place) for place in places]
-    missing = sorted((k for k, row in enumerate(rows) if row is None), key=lambda k: _scene(jobs[k]))
-    groups = [list(group) for _, group in groupby(missing, lambda k: _scene(jobs[k]))]  # one scene is rendered once, for all of its trackers
+    missing = sorted((k for k, row in enumerate(rows) if row is None), key=lambda k: jobs[k].scene)
+    groups = [list(group) for _, group in groupby(missing, lambda k: jobs[k].scene)]  # one scene is rendered once, for all of its trackers
     done = Parallel(n_jobs=processes, return_as="generator_unordered")(delayed(_run)({k: jobs[k] for k in group}) for group in groups)
     with tqdm(total=len(missing), desc="runs", unit="run", disable=None if missing else True) as bar:
         for fresh in done:
@@ -115,10 +171,6 @@ def sweep(jobs, processes=-1, cache=CACHE):
                 _keep(row, places[k])
             bar.update(len(fresh))
     return rows
-
-
-def _scene(job):
-    return job.scenario, job.seed, job.object, job.background
 
 
 def _run(group):

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from mkt import datasets
-from mkt.datasets import bobot, carphone, data_root, distribution_file, find_bobot, mot, otb, vot
+from mkt.archives import sequences
+from mkt.datasets import bobot, carphone, data_root, distribution_file, mot, mot_main, otb, vot
 from mkt.regions import corners
 from mkt.video import KEPT, DataError, ImageFolder, VideoFile
 
@@ -244,6 +245,15 @@ def test_mot_takes_one_id_and_hides_missing_rows(tmp_path):
     np.testing.assert_array_equal(sequence.visibility, [1, 0, 0.25, 0])
 
 
+def test_the_main_target_of_mot_is_the_one_seen_longest(tmp_path):
+    rows = [f"{k},{id},11,13,20,10,{confidence},1,1" for id, frames, confidence in ((4, (1, 2), 1), (7, (2, 4, 5), 1), (9, (1, 2, 3, 4, 5), 0)) for k in frames]
+    sequence = mot_main(mot_folder(tmp_path, *rows, n=6))
+    assert sequence.name.endswith("-7") and len(sequence) == 4
+    assert sequence.visibility.tolist() == [1, 0, 1, 1] and np.isfinite(sequence.truth[0]).all()
+    assert (sequence.frames[0] == ImageFolder(tmp_path / "img1")[1]).all()
+    refused(lambda: mot_main(mot_folder(tmp_path / "none", rows[-1])), "gt.txt", "no target is to be scored", "download")
+
+
 def test_mot_ten_columns(tmp_path):
     sequence = mot(mot_folder(tmp_path, f"2,1,{numbers(BOX + [1, 1, 0, 0])},1,-1,-1,-1"), 1)
     np.testing.assert_array_equal(sequence.visibility, [0, 1, 0, 0])
@@ -379,13 +389,11 @@ def test_video_with_and_without_box(tmp_path):
 
 def test_data_root(tmp_path, monkeypatch):
     monkeypatch.delenv("MKT_DATA", raising=False)
-    assert data_root() is None and find_bobot() == {}
+    assert data_root() is None
     monkeypatch.setenv("MKT_DATA", str(tmp_path / "none"))
     refused(data_root, tmp_path / "none", "does not exist", "unset")
     monkeypatch.setenv("MKT_DATA", str(tmp_path))
-    folder = bobot_folder(tmp_path / "bobot" / "Vid_X", bobot_row(0))
-    (tmp_path / "bobot" / "empty").mkdir()
-    assert data_root() == tmp_path and find_bobot() == {"Vid_X": folder}
+    assert data_root() == tmp_path
 
 
 def test_installed_files_are_found_without_importing():
@@ -416,7 +424,7 @@ BOBOT = {"Vid_A_ball": (602, 0), "Vid_B_cup": (629, 0), "Vid_F_person_fully_occl
 @pytest.mark.skipif(not os.environ.get("MKT_DATA"), reason="set MKT_DATA to the folder that contains bobot/ to read the real sequences")
 @pytest.mark.parametrize("name", BOBOT)
 def test_real_bobot(name):
-    sequence = bobot(find_bobot()[name])
+    sequence = next(found for found in sequences() if found.name == f"BoBoT/{name}").read()
     hidden = np.flatnonzero(sequence.visibility == 0)
     assert (len(sequence), len(hidden)) == BOBOT[name] and sequence.frames[-1].shape == (240, 320, 3)
     np.testing.assert_array_equal(np.isnan(sequence.truth).all(1), sequence.visibility == 0)
