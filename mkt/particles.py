@@ -69,9 +69,9 @@ class EllipseMotion:
     smallest: [px] half axes do not fall below it.  The paper prints no numbers: these are ours.
     """
 
-    position: float = 0.05
-    velocity: float = 0.02
-    axes: float = 0.02
+    position: float = 0.1
+    velocity: float = 0.03
+    axes: float = 0.01
     growth: float = 0.002
     smallest: float = 4.0
 

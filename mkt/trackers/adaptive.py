@@ -12,7 +12,6 @@ import numpy as np
 
 from mkt.histograms import ColorBins, coefficient
 from mkt.particles import EllipseMotion, effective_sample_size, multinomial, normalised
-from mkt.regions import to_box
 from mkt.trackers.appearance import background, place, threshold
 from mkt.trackers.ellipses import Disc
 
@@ -39,7 +38,7 @@ class Model(NamedTuple):
 
 
 class AdaptiveState(NamedTuple):
-    """The model; samples (N, 7) with weights (N,) of sum 1; histograms of the background (I, m); the last estimate (5,); the mode; for how
+    """The model; samples (N, 7) with weights (N,) of sum 1; the `mkt.trackers.appearance.background` (I, m); the last estimate (5,); the mode; for how
     many frames on end too few samples appeared."""
 
     model: Model
@@ -65,12 +64,12 @@ class Adaptive:
     n: int = 100  # printed, Section 7
     bins: Any = ColorBins("rgb")  # printed, Section 3: 8x8x8
     disc: Disc = Disc()
-    sigma: float = 0.1  # ours: the paper prints none
+    sigma: float = 0.07  # ours: the paper prints none
     motion: EllipseMotion = EllipseMotion()
     alpha: float = 0.1  # ours: the paper prints none
     rho_min: float = 0.9  # printed as pi_T = .9
     b: float = 0.1  # printed, Section 6
-    patience: int = 3  # ours: "a couple of frames"
+    patience: int = 4  # ours: "a couple of frames"
     zones: tuple = ("borders", "anywhere")
 
     def learn(self, frame, region):
@@ -161,6 +160,7 @@ def as_regions(samples):
 
 
 def upright(region):
-    """The upright region (5,) round a region, itself where it is upright."""
-    x, y, w, h = to_box(region)
-    return np.array([x + w / 2 - 0.5, y + h / 2 - 0.5, 0.0, w / 2, h / 2])
+    """The upright ellipse (5,) in the upright box round the ellipse of a region (5,); the same one where the region is upright."""
+    x, y, theta, hx, hy = region
+    c, s = np.cos(theta), np.sin(theta)
+    return np.array([x, y, 0.0, np.hypot(hx * c, hy * s), np.hypot(hx * s, hy * c)])

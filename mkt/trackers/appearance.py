@@ -6,13 +6,11 @@ its own coefficient exceeds mu + 2 sigma, (15).  The paper calls that 95 %; one-
 
 import numpy as np
 
-from mkt.histograms import coefficient
-
 BAND = 1.0  # width of the band along the borders, in half axes
 
 
 def background(disc, image, m, half_axes, without=None, every=0.5):
-    """Histograms of ellipses all over a frame, (I, m).
+    """Square roots of the histograms of ellipses all over a frame, (I, m): enough for the coefficient with any model.
 
     image: (H, W) bin numbers below m; half_axes: (2,) [px]; every: the step of the grid, in half axes.
     without: a region (5,) [px] that no ellipse may touch.  Raises ValueError when that leaves none.
@@ -24,12 +22,12 @@ def background(disc, image, m, half_axes, without=None, every=0.5):
         centres = centres[np.sum(((centres - without[:2]) / (without[3:] + half_axes)) ** 2, 1) > 1]
     if not len(centres):
         raise ValueError(f"the region {np.round(without, 1)} leaves no background to compare with; choose a smaller one")
-    return disc.histograms(image, m, np.column_stack([centres, np.zeros(len(centres)), np.tile(half_axes, (len(centres), 1))]))
+    return np.sqrt(disc.histograms(image, m, np.column_stack([centres, np.zeros(len(centres)), np.tile(half_axes, (len(centres), 1))])))
 
 
-def threshold(histograms, q, sigmas=2.0):
-    """mu + 2 sigma of the coefficient of background histograms (I, m) with the model q (m,): (13) to (15)."""
-    rho = coefficient(histograms, q)
+def threshold(roots, q, sigmas=2.0):
+    """mu + 2 sigma of the coefficient of a background, from `background` (I, m), with the model q (m,): (13) to (15)."""
+    rho = roots @ np.sqrt(q)
     return float(rho.mean() + sigmas * rho.std())
 
 
