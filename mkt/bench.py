@@ -11,6 +11,7 @@ for _library in ("OPENBLAS", "MKL", "OMP"):
 
 import time
 import tracemalloc
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -18,10 +19,14 @@ from tqdm import tqdm
 
 from mkt import figures
 from mkt.figures import teuliere2009
-from mkt.histograms import ColorBins, histograms
+from mkt.histograms import ColorBins, histograms, learn
 from mkt.kernels import Kernels
-from mkt.regions import warp, warp_matrices
+from mkt.regions import displaced, warp, warp_matrices
+from mkt.scenarios import base
 from mkt.scenes import Layer, Scene, sequence
+from mkt.trackers import catalogue
+from mkt.trackers.ssd import differentiate, moved, newton_step
+from mkt.tracking import track
 
 ROUNDS = 7
 SIZE = (80, 60)  # of the object [px]: 4,800 samples
@@ -30,7 +35,7 @@ SIZE = (80, 60)  # of the object [px]: 4,800 samples
 def main():
     """Print all tables."""
     cv2.setNumThreads(1)
-    for table in (histogram_table, memory_table, surface_table):
+    for table in (histogram_table, memory_table, surface_table, step_table, tracker_table):
         print(table(), end="\n\n")
 
 
@@ -94,9 +99,9 @@ def histogram_table(n=500):
     return "\n".join(lines)
 
 
-def _rows(prefix, times):
+def _rows(prefix, times, digits=2):
     first = next(iter(times.values()))
-    return [f"  {prefix + name:<56}{np.median(t):9.2f}{np.median(t / first):8.1f} x" for name, t in times.items()]
+    return [f"  {prefix + name:<56}{np.median(t):9.{digits}f}{np.median(t / first):8.1f} x" for name, t in times.items()]
 
 
 def memory_table(counts=(125, 250, 500, 1000, 2000)):
@@ -123,3 +128,31 @@ def surface_table():
         "the figure, computed and drawn": lambda: entry.draw()[0].canvas.draw(),
     })
     return "\n".join(["teuliere2009.fig3: CPU ms (median), ratio to the first", *_rows("", times)])
+
+
+def step_table(repeats=200):
+    """CPU time of one Gauss-Newton step of nine kernels with about 1,200 samples, in all and by parts, as text."""
+    bins = ColorBins()
+    frame, (region, *_) = _frame_and_particles(1)
+    image = bins(frame)
+    target = learn(image, region, bins, Kernels("3x3"))
+    start = displaced(region, 2, 1, 0.05, 1.03)
+    q, dq = differentiate(target, image, start)
+    times = rounds({
+        "one step": lambda: [moved(start, newton_step(*differentiate(target, image, start), target.q)) for _ in range(repeats)],
+        "of it, histograms and their derivatives": lambda: [differentiate(target, image, start) for _ in range(repeats)],
+        "of it, the solution": lambda: [newton_step(q, dq, target.q) for _ in range(repeats)],
+    })
+    rows = _rows("", {name: t / repeats for name, t in times.items()}, digits=3)
+    return "\n".join([f"Gauss-Newton, {len(target.kernels.points)} samples: CPU ms (median), ratio to the first", *rows])
+
+
+def tracker_table(length=40):
+    """CPU time a frame of whole trackers on the same 320 x 240 frames, as text."""
+    clip = sequence(replace(base(0), length=length))
+    clip = replace(clip, frames=list(clip.frames))
+    full = replace(catalogue.get("pf-500"), kernels=Kernels("tiles", "uniform", samples=4800))
+    trackers = {catalogue.LABELS[name]: catalogue.get(name) for name in ("combined", "ssd", "pf-75", "pf-500", "guided", "mil")}
+    times = rounds({name: lambda tracker=tracker: track(tracker, clip) for name, tracker in (trackers | {"(3) at the full grid": full}).items()}, repeats=3)
+    rows = _rows("", {name: t / length for name, t in times.items()})
+    return "\n".join(["Trackers: CPU ms a frame (median of 3), ratio to the first", *rows])
