@@ -99,12 +99,11 @@ def check(found):
 
 
 def usable():
-    """The sequences that pass `check`.  Returns a list of `Found` and a list of what is wrong with the others."""
-    good, troubles = [], []
+    """The sequences that pass `check`.  Returns {`Found`: what it is, in words} and a list of what is wrong with the others."""
+    good, troubles = {}, []
     for found in sequences():
         try:
-            check(found)
-            good.append(found)
+            good[found] = check(found)
         except DataError as error:
             troubles.append(str(error))
     return good, troubles

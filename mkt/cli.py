@@ -37,8 +37,15 @@ def parser():
                               "to read the box off.  Ctrl-C ends it and keeps what was done so far.",
                               "track ball.mp4", "track ball.mp4 --box 120,80,60,40",
                               "track holiday/ --box 120,80,60,40,-30 --tracker combined --particles 200 -o found.avi"))
-    _command(commands, "bench", run_bench, "time the hot loop against its rivals",
-             "Prints CPU milliseconds (median, one thread) side by side, with ratios.")
+    _bench_arguments(_command(commands, "bench", run_bench, "time the core, or rank the trackers",
+                              "Without a word, prints CPU milliseconds of the hot loop and its rivals (median, one thread) side by side, with ratios.\n"
+                              "With `tracking`, runs all trackers on all benchmark sequences that are found (see `python3 -m mkt data`), on our synthetic ones\n"
+                              "if there are none, and prints who follows best.  Runs that are known are not done again; Ctrl-C loses only those under way.",
+                              "bench", "bench tracking", "bench tracking guided pf-75 --seeds 10 -o runs.csv", "bench tracking -o table.md"))
+    data = _command(commands, "data", run_data, "list the benchmarks, or check those that are there",
+                    "Lists the benchmarks that can be used, where each is expected, what is there, its licence, and how to get it.\n"
+                    "With `check`, opens every sequence that is there and says what is wrong with it.", "data", "data check")
+    data.add_argument("check", nargs="?", choices=["check"], help="open every sequence that is there")
     _command(commands, "strip", run_strip, "remove outputs from the notebooks",
              "Removes outputs and execution counts from the notebooks of book.toml, as they are to be committed.")
     return top
@@ -65,6 +72,13 @@ def _claims_arguments(sub):
     sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="also write the numbers into this CSV file")
 
 
+def _bench_arguments(sub):
+    sub.add_argument("what", nargs="?", choices=["core", "tracking"], default="core", help="what to measure; core by default")
+    sub.add_argument("names", nargs="*", metavar="TRACKER", help="trackers such as guided; all by default")
+    sub.add_argument("--seeds", type=int, metavar="N", help="runs of each tracker that draws random numbers on each sequence; 5 by default")
+    sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="also write a row for each run (.csv), or the tables (.md)")
+
+
 def _track_arguments(sub):
     sub.add_argument("video", metavar="VIDEO", help="a video file, or a folder of images")
     sub.add_argument("--box", metavar="X,Y,W,H[,ANGLE]", help="where the target is in the first frame: upper left corner, width and height [px], "
@@ -86,6 +100,8 @@ def parse(arguments):
         top.error(f"unrecognized arguments: {' '.join(rest)}")
     if args.command == "figure" and not args.list and not (args.id and args.output):
         top.error("figure needs an ID and -o FILE; `python3 -m mkt figure --list` lists the figures")
+    if args.command == "bench" and args.what == "core" and (args.seeds is not None or args.output):
+        top.error("--seeds and -o go with `bench tracking`")
     args.rest = rest
     return args
 
@@ -211,10 +227,49 @@ def run_track(args):
 
 
 def run_bench(args):
-    """Print the benchmark."""
+    """Print the benchmark of the core, or that of the trackers."""
+    if args.what == "tracking":
+        return run_bench_tracking(args)
     from mkt import bench
 
     return bench.main()
+
+
+def run_bench_tracking(args):
+    """Rank the trackers, print the tables, and write them or the runs into a file if asked to."""
+    from mkt import leaderboard, sweeps
+
+    try:
+        if args.output and not (args.output.parent.is_dir() and args.output.suffix in (".csv", ".md")):
+            raise ValueError(f"-o {args.output}: give a name that ends in .csv or .md, in a folder that exists")
+        seeds = leaderboard.SEEDS if args.seeds is None else args.seeds
+        boards, troubles = leaderboard.recorded(args.names, seeds)
+        board = boards[0] if boards else leaderboard.synthetic(args.names, seeds)
+        text = leaderboard.as_markdown(board)
+        print(text)
+        if args.output and args.output.suffix == ".csv":
+            sweeps.table(board.rows, args.output)
+        elif args.output:
+            args.output.write_text(text + "\n", encoding="utf-8")
+    except (KeyError, ValueError, OSError) as error:
+        sys.exit(f"mkt bench: {error.args[0] if isinstance(error, KeyError) else error}")
+    for trouble in troubles:
+        print(f"left out: {trouble}", file=sys.stderr)
+
+
+def run_data(args):
+    """List the benchmarks, or check what is there: exit code 1 where something is wrong."""
+    from mkt import archives
+
+    try:
+        if not args.check:
+            return print(archives.listing())
+        good, troubles = archives.usable()
+    except ValueError as error:
+        sys.exit(f"mkt data: {error}")
+    print(*(f"{found.name}: {words}" for found, words in good.items()), *(f"wrong: {trouble}" for trouble in troubles), sep="\n")
+    print(f"{len(good)} sequences can be used, {len(troubles)} cannot" if good or troubles else "nothing is there; `python3 -m mkt data` says what could be")
+    return 1 if troubles else 0
 
 
 def run_strip(args):

@@ -65,7 +65,7 @@ class Job:
 
     @property
     def scene(self):
-        """What jobs on the same frames have in common."""
+        """What jobs on the same frames have in common; they are run together, so that each frame is rendered once."""
         return self.scenario, self.seed, self.object, self.background
 
     def clip(self):
@@ -75,23 +75,21 @@ class Job:
 
 @dataclass(frozen=True)
 class Recorded:
-    """One run on a real sequence: a tracker under a name, the `Found` sequence, the fingerprint of its files, the tracker's seed."""
+    """One run on a real sequence: a tracker under a name, the `Found` sequence, its name and its files' fingerprint, the tracker's seed."""
 
     name: str
     tracker: Any
     found: Found = field(repr=False)  # the same files at another place are the same job
+    scenario: str
     fingerprint: str
     seed: int = 0
-
-    @property
-    def scenario(self):
-        """What the sequence is called, "BoBoT/..."."""
-        return self.found.name
+    object: str = ""
+    background: str = ""
 
     @property
     def scene(self):
-        """What jobs on the same frames have in common."""
-        return self.scenario, 0, "", ""
+        """Each for itself: to read a frame again costs little."""
+        return self.scenario, self.seed, self.name, ""
 
     def clip(self):
         """The `Sequence`."""
@@ -123,7 +121,7 @@ def run(job):
     """
     clip = job.clip()
     clip = replace(clip, frames=Clocked(clip.frames))
-    row = dict(zip(("name", "scenario", "seed", "object", "background"), (job.name, *job.scene))) | {"seed": job.seed}
+    row = {key: getattr(job, key) for key in ("name", "scenario", "seed", "object", "background")}
     try:
         next(follow(job.tracker, clip, job.seed))
     except ValueError as error:
@@ -157,10 +155,14 @@ def score(result, clip):
     }
 
 
+def known(jobs, cache=CACHE):
+    """The rows of the jobs that are in the cache, None for the others."""
+    return [_kept(_place(job, cache)) for job in jobs]
+
+
 def sweep(jobs, processes=-1, cache=CACHE):
     """Do all jobs that are not yet in the cache, in parallel, with a progress bar.  Returns their rows in order, list of dicts."""
-    places = [_place(job, cache) for job in jobs]
-    rows = [_kept(place) for place in places]
+    rows = known(jobs, cache)
     missing = sorted((k for k, row in enumerate(rows) if row is None), key=lambda k: jobs[k].scene)
     groups = [list(group) for _, group in groupby(missing, lambda k: jobs[k].scene)]  # one scene is rendered once, for all of its trackers
     done = Parallel(n_jobs=processes, return_as="generator_unordered")(delayed(_run)({k: jobs[k] for k in group}) for group in groups)
@@ -168,7 +170,7 @@ def sweep(jobs, processes=-1, cache=CACHE):
         for fresh in done:
             for k, row in fresh.items():
                 rows[k] = row
-                _keep(row, places[k])
+                _keep(row, _place(jobs[k], cache))
             bar.update(len(fresh))
     return rows
 

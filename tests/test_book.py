@@ -9,7 +9,7 @@ import nbformat
 import pytest
 
 from mkt import book as station
-from mkt import claims, figures
+from mkt import claims, figures, leaderboard
 from mkt.book import catalogue, checks, execute, math_svg, pages
 from mkt.book.docstrings import escaped, listed
 
@@ -28,9 +28,15 @@ def made_up_results():
     return [claims.Result(claim, lines, 16, verdict) for claim, verdict in zip(claims.registry().values(), [*pages.BADGES] * 9)]
 
 
+def made_up_boards():
+    """A board on which one of two made-up trackers would not start, so that nothing has to be run."""
+    run = {"scenario": "made up", "seed": 0, "overlap": 0.625, "hits": 0.875, "hits_of_all": 0.75, "area": 0.61, "lost": 0.0, "cpu_ms": 4.2, "refused": ""}
+    return [leaderboard.Board("Nowhere", "No data at all.", [run | {"name": "ssd"}, run | {"name": "mil", "refused": "too dark"}])]
+
+
 @pytest.fixture(scope="session")
 def site():
-    return station.build(station.BUILD / "tests", made_up_results).parent
+    return station.build(station.BUILD / "tests", made_up_results, made_up_boards).parent
 
 
 def cells(*sources):
@@ -197,6 +203,14 @@ def test_every_claim_is_on_its_page_with_sentence_and_verdict_in_words(site, pag
         assert result.claim.sentence in text and result.claim.printed in text
     assert all(f"<td><{verdict}></td>" in text and f"{sign} {verdict}</span>" in text for verdict, (_, sign) in pages.BADGES.items())
     assert "claims.html" in pages_of[site / "index.html"].links
+
+
+def test_the_leaderboard_says_who_which_data_and_how_many_runs(site, pages_of):
+    text = unescape((site / "leaderboard.html").read_text(encoding="utf-8"))
+    assert "Nowhere: 1 sequence, 2 runs" in text and "No data at all." in text
+    assert text.index("(2) SSD, nine kernels") < text.index("MIL (OpenCV)") and ">0.62 / 88<" in text.replace("<p>", "").replace("</p>", "")
+    assert "MIL (OpenCV) would not start on made up: too dark" in text
+    assert "leaderboard.html" in pages_of[site / "index.html"].links
 
 
 def test_every_module_has_its_page(site):

@@ -7,7 +7,7 @@ import pytest
 
 from mkt import cli, figures
 
-COMMANDS = ("book", "test", "lab", "figure", "claims", "bench", "strip")
+COMMANDS = ("book", "test", "lab", "figure", "claims", "bench", "data", "strip")
 FIGURE = "teuliere2009.fig2"
 
 
@@ -32,6 +32,7 @@ def test_every_command_explains_itself_with_examples(command, capsys):
 
 @pytest.mark.parametrize("words, said", [
     ((), "usage:"), (("nope",), "invalid choice"), (("book", "--fast"), "unrecognized arguments: --fast"), (("figure",), "needs an ID and -o FILE"),
+    (("bench", "--seeds", "3"), "go with `bench tracking`"),
 ])
 def test_a_mistyped_command_is_refused_before_anything_is_installed(words, said):
     result = bare(*words)

@@ -9,7 +9,7 @@ PACKAGE = Path(__file__).parent.parent / "mkt"
 
 # Each module may import those named here and nothing else of the package.
 CORE = {"regions", "kernels", "histograms", "particles", "tracking"}
-MATERIAL = CORE | {"trackers", "textures", "scenes", "scenarios", "video", "datasets", "evaluation", "plotting", "servo", "kalman", "robot", "loop"}
+MATERIAL = CORE | {"trackers", "textures", "scenes", "scenarios", "stories", "video", "datasets", "evaluation", "plotting", "servo", "kalman", "robot", "loop"}
 ALLOWED = {
     "__init__": set(),
     "__main__": {"cli"},
@@ -24,6 +24,7 @@ ALLOWED = {
     "textures": {"datasets", "video"},
     "scenes": {"regions", "tracking", "textures"},
     "scenarios": {"scenes"},
+    "stories": {"datasets", "scenes", "tracking"},
     "archives": {"datasets", "evaluation", "video"},
     "sweeps": CORE | {"archives", "evaluation", "scenarios", "scenes", "twins"},
     "evaluation": {"regions", "tracking"},
@@ -37,8 +38,9 @@ ALLOWED = {
     "widgets": MATERIAL | {"figures"},
     "bench": MATERIAL | {"figures"},
     "claims": MATERIAL | {"figures", "sweeps", "claims"},
-    "book": MATERIAL | {"figures", "widgets", "book", "claims"},
-    "cli": MATERIAL | {"figures", "widgets", "book", "bench", "recording", "claims", "sweeps"},
+    "leaderboard": MATERIAL | {"archives", "sweeps", "claims"},
+    "book": MATERIAL | {"figures", "widgets", "book", "claims", "leaderboard"},
+    "cli": MATERIAL | {"archives", "leaderboard", "figures", "widgets", "book", "bench", "recording", "claims", "sweeps"},
 }
 DOORS = {
     "matplotlib": {"plotting", "figures", "widgets", "bench", "cli"},

@@ -4,15 +4,15 @@
 after, `mkt.book.pages` writes the pages around them, `mkt.book.site` lets Sphinx make the site of it all.
 """
 
-from mkt import claims
+from mkt import claims, leaderboard
 from mkt.book import catalogue, checks, execute, site
 from mkt.book.catalogue import ROOT, BookError
 
 BUILD = ROOT / "_build"
 
 
-def build(folder=BUILD, judge=claims.judge):
-    """Execute the chapters that changed, put the claims to the test and make the site in a folder.
+def build(folder=BUILD, judge=claims.judge, rank=leaderboard.for_the_book):
+    """Execute the chapters that changed, put the claims to the test, rank the trackers and make the site in a folder.
 
     Returns the path of its first page.  Raises BookError when a chapter fails, naming notebook and cell, or when the catalogue is wrong.
     """
@@ -21,7 +21,7 @@ def build(folder=BUILD, judge=claims.judge):
     pictureless = [f"{name}: {trouble}" for name, notebook in notebooks.items() for trouble in checks.executed(notebook)]
     if pictureless:
         raise BookError("\n".join(pictureless))
-    return site.make(book, notebooks, judge(), folder)
+    return site.make(book, notebooks, judge(), rank(), folder)
 
 
 def strip_all():

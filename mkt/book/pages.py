@@ -1,4 +1,4 @@
-"""The pages around the chapters: first page, gallery, claims, library reference, Sphinx's configuration.
+"""The pages around the chapters: first page, gallery, claims, leaderboard, library reference, Sphinx's configuration.
 
 Each public function returns the text of one file.
 """
@@ -11,6 +11,7 @@ import mkt
 from mkt import figures
 from mkt.claims import BACKGROUNDS, FAILS, HOLDS, IN_PART, OBJECTS, RULE
 from mkt.claims.listing import measured
+from mkt.leaderboard import as_markdown
 
 EXTENSIONS = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "mkt.book.math_svg", "mkt.book.docstrings"]
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
@@ -68,7 +69,7 @@ python3 -m mkt lab
 ```
 
 Every figure is one function of the library, and the [gallery](gallery.md) leads to all of them. What the papers say in words is put to the
-test on the page of their [claims](claims.md). Letters are explained on the
+test on the page of their [claims](claims.md), and the [leaderboard](leaderboard.md) has all trackers on all sequences. Letters are explained on the
 [symbols](symbols.md) page, functions in the [library](api/index.rst).
 
 ```{{toctree}}
@@ -84,6 +85,7 @@ test on the page of their [claims](claims.md). Letters are explained on the
 
 gallery
 claims
+leaderboard
 symbols
 api/index
 ```
@@ -155,6 +157,19 @@ def _claim(result):
 def _badge(verdict):
     name, sign = BADGES[verdict]
     return f'<span class="mkt-verdict mkt-{name}">{sign} {verdict}</span>'
+
+
+def leaderboard(boards):
+    """leaderboard.md: how well each tracker follows, and how sure that is.  boards: list of `mkt.leaderboard.Board`."""
+    tables = "\n\n".join(map(as_markdown, boards))
+    return f"""# Leaderboard
+
+All trackers of the library under one protocol: told where the target is in the first frame, with one setting for all sequences. The table on
+synthetic data was run when this book was built, with few seeds. A table on the real sequences of a benchmark follows where they were on the
+disk, and `python3 -m mkt bench tracking` had been run; `python3 -m mkt data` says which benchmarks can be used and how to get them.
+
+{tables}
+"""
 
 
 def anchor(id):

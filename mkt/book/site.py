@@ -20,19 +20,23 @@ STYLE = Path(__file__).with_name("mkt.css")
 GALLERY, THUMBNAIL_DPI = "gallery", 120
 
 
-def make(book, notebooks, results, folder):
-    """Write the site of a `Book` with its executed notebooks, {name: notebook}, and the judged claims.  Returns the path of the first page."""
+def make(book, notebooks, results, boards, folder):
+    """Write the site of a `Book` with its executed notebooks, {name: notebook}, the judged claims and the boards of the trackers.
+
+    Returns the path of the first page.
+    """
     source = folder / "source"
-    write(_sources(book, notebooks, results), source)
+    write(_sources(book, notebooks, results, boards), source)
     thumbnails(source / "_static" / GALLERY)
     return render(source, folder)
 
 
-def _sources(book, notebooks, results):
+def _sources(book, notebooks, results, boards):
     """{path below the source folder: text} of everything that Sphinx reads."""
     names = pages.modules()
     texts = {"conf.py": pages.configuration(book), "index.md": pages.first(book), "gallery.md": pages.gallery(book),
-             "claims.md": pages.claims(results), "symbols.md": (NOTEBOOKS / "symbols.md").read_text(encoding="utf-8"), "_static/mkt.css": STYLE.read_text(encoding="utf-8"),
+             "claims.md": pages.claims(results), "leaderboard.md": pages.leaderboard(boards),
+             "symbols.md": (NOTEBOOKS / "symbols.md").read_text(encoding="utf-8"), "_static/mkt.css": STYLE.read_text(encoding="utf-8"),
              "api/index.rst": pages.library(names)}
     texts |= {f"api/{name}.rst": pages.module(name) for name in names[1:]}
     return texts | {f"{name}.ipynb": nbformat.writes(prepare(notebook)) for name, notebook in notebooks.items()}
