@@ -23,7 +23,6 @@ from mkt.trackers import catalogue
 
 SEEDS = 5
 SYNTHETIC = tuple(SCENARIOS)
-SLOW = ("mil",)  # ten times slower than the rest: the book has time for one seed of it
 REFUSED = {"overlap": 0.0, "hits": 0.0, "hits_of_all": 0.0, "area": 0.0, "lost": 1.0}  # what a tracker scores that would not start
 HEAD = ("tracker", "overlap", "over seeds", "95 % over sequences", "true positives [%]", "of all frames [%]", "area", "lost [%]", "CPU ms")
 LEGEND = """*overlap*: mean over the seen frames, the seeds, and the sequences.  *over seeds*: the smallest and the largest of these means for one seed, where several
@@ -85,8 +84,8 @@ def synthetic(names=(), seeds=SEEDS, processes=-1, cache=CACHE):
 
 def for_the_book(processes=-1, cache=CACHE):
     """The boards of the book: two seeds of our own sequences, one of the slow trackers; and the benchmarks, if all their runs are known."""
-    quick = [name for name in catalogue.TRACKERS if name not in SLOW]
-    own = _synthetic([(_trackers(quick, 2), 2), (_trackers(SLOW, 1), 1)], processes, cache)
+    quick = [name for name in catalogue.TRACKERS if name not in catalogue.SLOW]
+    own = _synthetic([(_trackers(quick, 2), 2), (_trackers(catalogue.SLOW, 1), 1)], processes, cache)
     return [own, *recorded(cache=cache, only_known=True)[0]]
 
 

@@ -34,6 +34,7 @@ LABELS = {
     "camshift": "CamShift (OpenCV)",
     "meanshift": "MeanShift (OpenCV)",
 }
+SLOW = ("mil",)  # ten times slower than the rest: run less often where many runs must be quick
 
 
 def get(name):
