@@ -70,7 +70,7 @@ class EllipseMotion:
     """
 
     position: float = 0.1
-    velocity: float = 0.03
+    velocity: float = 0.01
     axes: float = 0.01
     growth: float = 0.002
     smallest: float = 4.0

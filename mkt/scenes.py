@@ -32,6 +32,8 @@ class Layer:
     path:    way-points (frame, x [px], y [px], theta [rad], scale), joined by a cubic spline; one alone stands still.
     hue:     turns all colours round the colour circle [degrees]: the recoloured twin of an object.
     shuffle: cuts the texture into so many tiles a side and mixes them: the same colours at other places.
+    view:    another layer, of which texture, hue and shuffle count: what the object shows when it turns out of the image plane.
+    turn:    points (frame, share of that view), joined linearly.
     """
 
     texture: str
@@ -39,6 +41,8 @@ class Layer:
     path: tuple[tuple[float, ...], ...]
     hue: float = 0.0
     shuffle: int = 1
+    view: "Layer | None" = None
+    turn: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
 
 
 @dataclass(frozen=True)
@@ -200,6 +204,16 @@ def _resized(name, factor):
     return cv2.resize(rgba, size, interpolation=cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC)
 
 
+def _shown(layer, t):
+    """What a layer shows at the time t, (h, w, 4) float32: its texture, or a mixture with its other view."""
+    front = _prepared(replace(layer, path=STILL, view=None))
+    share = float(_interpolated(layer.turn, t)[0])
+    if layer.view is None or share == 0:
+        return front
+    other = _prepared(replace(layer.view, width=layer.width, path=STILL))
+    return (1 - share) * front + share * cv2.resize(other, front.shape[1::-1])
+
+
 @lru_cache(maxsize=64)
 def _prepared(layer):
     """A layer's texture at its width, recoloured and shuffled, colours times opacity, with a transparent border: (h, w, 4) float32."""
@@ -211,7 +225,7 @@ def _prepared(layer):
 
 def _recoloured(rgb, degrees):
     hsv = cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV)
-    hsv[..., 0] = (hsv[..., 0] + int(round(degrees / 2))) % 180
+    hsv[..., 0] = (hsv[..., 0].astype(int) + round(degrees / 2)) % 180  # in uint8 it would overflow
     return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
 
 
@@ -234,7 +248,7 @@ def _texture_to_screen(region, size):
 
 def _painting(scene, layer, t):
     """A layer's part of the screen: slices (rows, columns) and its pixels (h, w, 4) float32, colours times opacity."""
-    region, rgba = regions(scene, layer, np.float64(t)), _prepared(layer)
+    region, rgba = regions(scene, layer, np.float64(t)), _shown(layer, t)
     h, w = rgba.shape[0] - 2, rgba.shape[1] - 2
     low = np.clip(np.floor(corners(region).min(0)).astype(int) - 1, 0, scene.size)
     high = np.clip(np.ceil(corners(region).max(0)).astype(int) + 2, low, scene.size)
@@ -268,7 +282,7 @@ def _visible(scene, t):
     for layer in scene.front:
         window, part = _painting(scene, layer, t)
         opacity[window] *= 1 - part[..., 3]
-    alpha = _prepared(scene.target)[..., 3]
+    alpha = _shown(scene.target, t)[..., 3]
     zoom = 2 * regions(scene, scene.target, np.float64(t))[3] / (alpha.shape[1] - 2)
     whole = alpha.sum() * zoom**2
     return float(np.clip(opacity.sum() / whole, 0, 1))

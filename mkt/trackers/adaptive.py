@@ -64,12 +64,12 @@ class Adaptive:
     n: int = 100  # printed, Section 7
     bins: Any = ColorBins("rgb")  # printed, Section 3: 8x8x8
     disc: Disc = Disc()
-    sigma: float = 0.07  # ours: the paper prints none
+    sigma: float = 0.1  # ours: the paper prints none
     motion: EllipseMotion = EllipseMotion()
     alpha: float = 0.1  # ours: the paper prints none
-    rho_min: float = 0.9  # printed as pi_T = .9
+    rho_min: float = 0.8  # ours: the printed .9 is out of reach of 512 bins, whose noise alone costs .1
     b: float = 0.1  # printed, Section 6
-    patience: int = 4  # ours: "a couple of frames"
+    patience: int = 5  # ours: "a couple of frames"
     zones: tuple = ("borders", "anywhere")
 
     def learn(self, frame, region):

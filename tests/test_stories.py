@@ -1,0 +1,100 @@
+"""The sequences of [N03]: each tells what the paper says of it, for every seed, and the real head is played forward and backward."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mkt import stories
+from mkt.datasets import carphone
+from mkt.scenes import Layer, Scene, frame, sequence
+
+SEEDS = range(4)
+
+
+def reduced(scene):
+    """The same story on a background that costs nothing to draw, whole frames of which nobody looks at here."""
+    return sequence(replace(scene, noise=0.0))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_student_goes_behind_the_tree_is_passed_twice_and_leaves(seed):
+    visible = reduced(stories.students(seed)).visibility
+    assert len(visible) == 222 and visible[0] > 0.9
+    assert not visible[95:108].any() and visible[58] > 0.9 and visible[140] > 0.9
+    for k in stories.PASSES:
+        assert visible[k] < 0.2 and (visible[[k - 9, k + 9]] > 0.9).all() and 1 <= np.sum(visible[k - 9:k + 9] < 0.3) <= 4
+    assert not visible[-8:].any()
+
+
+def test_the_doors_are_where_the_student_comes_out():
+    scene = stories.students(0)
+    (left, y, *_), (right, *_), borders = stories.doors(scene)
+    clip = reduced(scene)
+    out = np.flatnonzero(clip.visibility[108:] > 0.9)[0] + 108
+    assert borders == "borders" and np.hypot(right - clip.truth[out, 0], y - clip.truth[out, 1]) < 12 and left < stories.TREE_X < right
+
+
+def mean_color(image, region):
+    """The mean colour well inside a region (5,)."""
+    x, y, _, hx, hy = region
+    return image[int(y - hy / 2):int(y + hy / 2), int(x - hx / 2):int(x + hx / 2)].mean((0, 1))
+
+
+@pytest.mark.parametrize("turns", [False, True])
+def test_the_car_in_traffic_grows_and_turns(turns):
+    for seed in SEEDS:
+        clip = reduced(stories.traffic(seed, turns))
+        assert clip.truth[-1, 3] / clip.truth[0, 3] == pytest.approx(1.8, rel=0.05)
+        change = np.abs(mean_color(clip.frames[145], clip.truth[145]) - mean_color(clip.frames[0], clip.truth[0])).max()
+        assert change > 40 if turns else change < 12
+
+
+def test_a_growth_of_one_keeps_the_size():
+    truth = sequence(stories.traffic(1, growth=1.0)).truth
+    assert truth[:, 3] == pytest.approx(truth[0, 3])
+
+
+@pytest.mark.parametrize("target, growth", [("car", 2), ("person", 1)])
+def test_both_on_the_parking_place_can_be_followed(target, growth):
+    for seed in SEEDS:
+        clip = reduced(stories.parking(seed, target))
+        assert len(clip) == 150 and clip.truth[-1, 3] / clip.truth[0, 3] == pytest.approx(growth, rel=0.1) and clip.visibility.min() > 0.6
+    with pytest.raises(ValueError, match="car or person"):
+        stories.parking(0, "lorry")
+
+
+def test_stories_follow_from_their_seed():
+    for story in (stories.students, stories.parking, stories.traffic):
+        assert story(3) == story(3) != story(4)
+
+
+def test_the_head_is_played_forward_and_backward():
+    clip, once = stories.head(), carphone()
+    assert len(clip) == len(clip.truth) == 450
+    for k, other in ((0, 0), (119, 119), (120, 118), (237, 1), (238, 0), (449, 27)):
+        assert (clip.truth[k] == once.truth[other]).all()
+    assert (clip.frames[130] == once.frames[108]).all()
+    assert (np.abs(np.diff(clip.truth[:, :2], axis=0)).max(1) <= np.abs(np.diff(once.truth[:, :2], axis=0)).max() + 1e-9).all()
+
+
+# What the stories need of `mkt.scenes`
+
+@pytest.mark.parametrize("hue, same", [(120.0, 480.0), (-60.0, 300.0), (-240.0, 120.0), (359.0, -1.0), (360.0, 0.0)])
+def test_a_hue_goes_round_the_whole_circle(hue, same):
+    def car(degrees):
+        return frame(Scene(Layer("car", 90.0, ((0.0, 160.0, 120.0, 0.0, 1.0),), hue=degrees), length=1, noise=0.0), 0)
+
+    assert (car(hue) == car(same)).all()
+
+
+def test_a_turn_is_a_mixture_of_two_views():
+    def shown(t, **changes):
+        return frame(Scene(Layer("car", 90.0, ((0.0, 160.0, 120.0, 0.0, 1.0),), **changes), length=11, noise=0.0, shutter=0.0), t).astype(float)
+
+    view = Layer("car", 40.0, ((0.0, 0.0, 0.0, 0.0, 1.0),), hue=120.0)
+    turning = {"view": view, "turn": ((2.0, 0.0), (10.0, 1.0))}
+    front, side = shown(0), shown(0, hue=120.0)
+    assert (shown(0, **turning) == front).all() and (shown(2, **turning) == front).all()
+    assert np.abs(shown(10, **turning) - side).max() <= 1
+    assert np.abs(shown(4, **turning) - (0.75 * front + 0.25 * side)).max() <= 2
