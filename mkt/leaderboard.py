@@ -25,8 +25,8 @@ SEEDS = 5
 SYNTHETIC = tuple(SCENARIOS)
 REFUSED = {"overlap": 0.0, "hits": 0.0, "hits_of_all": 0.0, "area": 0.0, "lost": 1.0}  # what a tracker scores that would not start
 HEAD = ("tracker", "overlap", "over seeds", "95 % over sequences", "true positives [%]", "of all frames [%]", "area", "lost [%]", "CPU ms")
-LEGEND = """*overlap*: mean over the seen frames, the seeds, and the sequences.  *over seeds*: the smallest and the largest of these means for one seed, where several
-ran.  *95 % over sequences*: bootstrap, as if these sequences were a few out of many like them.  *true positives*: seen frames with an overlap above
+LEGEND = """*overlap*: mean over the seen frames, the seeds, and the sequences.  *over seeds*: the smallest and the largest of these means for one seed,
+where several ran.  *95 % over sequences*: bootstrap, as if these sequences were a few out of many like them.  *true positives*: seen frames with an overlap above
 .2; *of all frames*: the same out of all frames, hidden ones too, as [C14] counts.  *area*: under the success curve, as in OTB.  *lost*: runs without a
 hit in their last ten frames.  *CPU ms*: a frame, median over the runs."""
 
@@ -73,7 +73,8 @@ def recorded(names=(), seeds=SEEDS, processes=-1, cache=CACHE, only_known=False)
     if not rows or None in rows:
         return [], troubles
     titles = ", ".join(dict.fromkeys(f.archive.name for f in found))
-    data = f"Real sequences: {'; '.join(f'{f.name}, {words}' for f, words in found.items())}. None of them was used to choose a parameter of our tracker."
+    there = "; ".join(f"{f.name}, {words}" for f, words in found.items())
+    data = f"Real sequences: {there}. None of them was used to choose a parameter of our tracker."
     return [Board(titles, data, rows)], troubles
 
 
@@ -135,20 +136,21 @@ def _place(name, cells):
 
 def overall(places):
     """The first table: a row of texts under `HEAD` for each `Place`."""
-    return [[catalogue.LABELS[p.name], _two(p.overlap), f"{_two(p.seeds[0])} to {_two(p.seeds[1])}" if p.seeds else "", f"{_two(p.interval[0])} to {_two(p.interval[1])}",
-             f"{100 * p.hits:.1f}", f"{100 * p.hits_of_all:.1f}", _two(p.area), f"{100 * p.lost:.0f}", f"{p.cpu_ms:.2g}"] for p in places]
+    return [[catalogue.LABELS[p.name], _two(p.overlap), _range(p.seeds) if p.seeds else "", _range(p.interval), f"{100 * p.hits:.1f}",
+             f"{100 * p.hits_of_all:.1f}", _two(p.area), f"{100 * p.lost:.0f}", f"{p.cpu_ms:.2g}"] for p in places]
 
 
 def by_sequence(places):
     """The second table: its head, and a row of texts "overlap / true positives [%]" for each `Place`."""
     names = list(dict.fromkeys(name for place in places for name in place.cells))
-    rows = [[catalogue.LABELS[p.name], *(f"{_two(p.cells[name][0])} / {100 * p.cells[name][1]:.0f}" if name in p.cells else "" for name in names)] for p in places]
+    rows = [[catalogue.LABELS[p.name], *(_cell(*p.cells[name]) if name in p.cells else "" for name in names)] for p in places]
     return ["tracker", *names], rows
 
 
 def refusals(rows):
     """Which trackers would not start where, and why, a list of sentences."""
-    return list(dict.fromkeys(f"{catalogue.LABELS[row['name']]} would not start on {row['scenario']}: {row['refused']}" for row in rows if row["refused"]))
+    refused = [(catalogue.LABELS[row["name"]], row["scenario"], row["refused"]) for row in rows if row["refused"]]
+    return [f"{name} would not start on {scenario}: {why}" for name, scenario, why in dict.fromkeys(refused)]
 
 
 def extent(board):
@@ -169,6 +171,14 @@ def _table(head, rows):
     widths = [max(map(len, column)) for column in zip(head, *rows)]
     lines = [[text.ljust(width) for text, width in zip(row, widths)] for row in (head, ["-" * width for width in widths], *rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _cell(overlap, hits):
+    return f"{_two(overlap)} / {100 * hits:.0f}"
+
+
+def _range(ends):
+    return f"{_two(ends[0])} to {_two(ends[1])}"
 
 
 def _two(share):

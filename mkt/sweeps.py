@@ -1,8 +1,8 @@
 """Repeated runs: trackers x scenarios x seeds, over processes, cached on disk, with medians and bootstrap intervals.
 
-A job is a handful of names and numbers; its result is one row.  `Job` is a run on a synthetic scene, `Recorded` one on a real sequence.  Rows are kept in ``.cache/sweeps`` under a hash of the job and of
-all that it can depend on, each written in one piece, so that an interrupted sweep goes on where it stopped (at most the scenes
-under way are lost), two sweeps may run at once, and nothing stale or half-written is ever read.
+A job is a handful of names and numbers; its result is one row.  `Job` is a run on a synthetic scene, `Recorded` one on a real sequence.
+Rows are kept in ``.cache/sweeps`` under a hash of the job and of all that it can depend on, each written in one piece, so that an interrupted
+sweep goes on where it stopped (at most the scenes under way are lost), two sweeps may run at once, and nothing stale or half-written is ever read.
 
 joblib runs the jobs, over this machine's processes by itself.  A sweep that outgrows the machine runs unchanged on a cluster with
 this package installed; rows come back over the network, so the machines need no common disk:

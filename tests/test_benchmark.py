@@ -125,7 +125,7 @@ def test_ranking_is_by_the_mean_of_the_means_of_the_sequences():
 
 
 def test_whoever_refuses_scores_nothing():
-    rows = [row("ssd", "a", 0, 0.6), row("ssd", "b", 0, np.nan, refused="too dark", hits=np.nan, hits_of_all=np.nan, area=np.nan, lost=np.nan, cpu_ms=np.nan)]
+    rows = [row("ssd", "a", 0, 0.6), row("ssd", "b", 0, np.nan) | dict.fromkeys(sweeps.NUMBERS, np.nan) | {"refused": "too dark"}]
     place, = ranking(rows)
     assert place.overlap == pytest.approx(0.3) and place.hits == 0.5 and place.lost == 0.5 and place.cpu_ms == 2
     assert refusals(rows) == ["(2) SSD, nine kernels would not start on b: too dark"]
@@ -162,7 +162,10 @@ def test_every_synthetic_sequence_can_be_tracked():
 
 @pytest.mark.parametrize("ending", ["csv", "md"])
 def test_the_command_prints_and_writes(ending, benchmarks, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(leaderboard, "recorded", lambda names, seeds: ([Board("BoBoT", "Data.", [row(n, "a", k, 0.5) for n in names for k in range(seeds)])], ["x.txt: bad"]))
+    def made_up(names, seeds):
+        return [Board("BoBoT", "Data.", [row(n, "a", k, 0.5) for n in names for k in range(seeds)])], ["x.txt: bad"]
+
+    monkeypatch.setattr(leaderboard, "recorded", made_up)
     path = tmp_path / f"out.{ending}"
     assert not cli.run(cli.parse(["bench", "tracking", "ssd", "mil", "--seeds", "2", "-o", str(path)]))
     printed = capsys.readouterr()

@@ -71,7 +71,11 @@ def test_catalogue_registry_and_notebooks_name_the_same_figures():
 
 @chapters
 def test_chapter_is_headed_by_its_number_and_title(chapter):
-    assert nbformat.read(chapter.notebook, 4).cells[0].source.startswith(f"# {BOOK.chapters.index(chapter) + 1}. {chapter.title}\n")
+    assert nbformat.read(chapter.notebook, 4).cells[0].source.startswith(f"# {int(chapter.name[:2])}. {chapter.title}\n")
+
+
+def test_chapters_stand_in_the_order_of_their_numbers():
+    assert [c.name for c in BOOK.chapters] == sorted(c.name for c in BOOK.chapters)
 
 
 def test_every_notebook_is_in_the_catalogue():
