@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mkt.claims.nummiaro2003 import student, traffic
 from mkt.evaluation import overlap
 from mkt.histograms import ColorBins, coefficient
 from mkt.particles import EllipseMotion
@@ -12,7 +13,7 @@ from mkt.regions import to_box
 from mkt.scenes import Layer, Scene, frame, sequence
 from mkt.tracking import track
 from mkt.trackers import appearance
-from mkt.trackers.adaptive import INITIALISING, TRACKING, Adaptive, Model, as_regions, equivalent_rho
+from mkt.trackers.adaptive import INITIALISING, TRACKING, Adaptive, equivalent_rho
 from mkt.trackers.detector import moving
 from mkt.trackers.ellipses import Disc, JointHSV
 
@@ -121,3 +122,72 @@ def test_samples_are_placed_in_their_zones():
 def test_unknown_zones_are_named(zones, said):
     with pytest.raises(ValueError, match=said):
         appearance.place(zones, (240, 320), np.ones(2), 10, np.random.default_rng(0))
+
+
+# The three ways to start, the modes, and what the update is good for; over seeds
+
+ENTERING = Scene(Layer("car", 70.0, ((0.0, -45.0, 120.0, 0.0, 1.0), (10.0, -38.0, 120.0, 0.0, 1.0), (50.0, 60.0, 123.0, 0.0, 1.0), (60.0, 80.0, 124.0, 0.0, 1.0))), "grass", 60)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_by_hand_it_follows_and_repeats_itself(seed):
+    clip = sequence(replace(SCENE, seed=seed))
+    first, again = (track(Adaptive(), clip, seed) for _ in range(2))
+    assert (first.regions == again.regions).all() and not first.lost.any()
+    assert overlap(first.regions, clip.truth, upright=True).mean() > 0.6
+    assert all(n == 101 for n in first.info["evaluations"][1:]) and ((0 <= first.score) & (first.score <= 1)).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_from_a_known_histogram_it_waits_at_the_borders(seed):
+    clip, rng, tracker = sequence(replace(ENTERING, seed=seed)), np.random.default_rng(seed), Adaptive(zones=("borders",))
+    state = tracker.expect(clip.frames[0], tracker.learn(clip.frames[59], clip.truth[59]), rng)
+    modes = []
+    for k in range(1, len(clip)):
+        state, info = tracker.step(state, clip.frames[k], rng)
+        modes.append(info["mode"])
+    started = modes.index(TRACKING)
+    assert clip.visibility[started + 1] > 0 and set(modes[started:]) == {TRACKING}
+    assert overlap(state.region, clip.truth[59], upright=True) > 0.4
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_from_a_detector_it_starts_on_what_moves(seed):
+    clip = sequence(replace(SCENE, seed=seed))
+    frames = list(clip.frames)
+    found = moving(frames[:16])
+    assert len(found) == 1 and overlap(found[0], clip.truth[15], upright=True) > 0.6
+    rest = replace(clip, frames=frames[15:], truth=clip.truth[15:], visibility=clip.visibility[15:])
+    assert overlap(track(Adaptive(), rest, seed, start=found[0]).regions, rest.truth, upright=True).mean() > 0.5
+
+
+def test_nothing_moves_in_a_still_scene():
+    still = sequence(replace(SCENE, target=Layer("car", 80.0, ((0.0, 150.0, 120.0, 0.0, 1.0),)), length=10))
+    assert moving(list(still.frames)).shape == (0, 5)
+    with pytest.raises(ValueError, match="at least two"):
+        moving(list(still.frames)[:1])
+
+
+def test_the_modes_follow_the_couple_of_frames_rule():
+    tracker = Adaptive(n=100, b=0.1, patience=3)
+    state = tracker.init(frame(SCENE, 0), sequence(SCENE).truth[0], np.random.default_rng(0))
+    modes = []
+    for positives in (10, 9, 9, 10, 9, 9, 9, 10, 11):
+        state, counted = tracker.switched(state, np.where(np.arange(100) < positives, 0.9, 0.1), 0.5)
+        modes.append(state.mode)
+        assert counted == positives
+    assert modes == [TRACKING] * 6 + [INITIALISING] * 2 + [TRACKING]
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_the_student_is_found_again_and_the_passes_are_bridged(seed):
+    run = student(seed)
+    assert run["lost"] and run["found"] and run["bridged"] and run["late"] <= 5
+
+
+def test_the_update_helps_where_the_view_changes_and_hurts_where_only_the_scale_does():
+    """Over seeds: 20 points more true positives on the turning car; a larger error of H_x on the one that only grows."""
+    with_update, without = ([[traffic(seed, alpha, turns) for seed in range(2)] for turns in (True, False)] for alpha in (Adaptive().alpha, 0.0))
+    turning, growing = ([[run["hits"] for run in runs[0]] for runs in (with_update, without)], [[run["scale"] for run in runs[1]] for runs in (with_update, without)])
+    assert np.mean(turning[0]) > np.mean(turning[1]) + 0.2
+    assert np.mean(growing[0]) > np.mean(growing[1])

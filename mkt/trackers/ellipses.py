@@ -19,7 +19,7 @@ from mkt.histograms import ColorBins
 from mkt.kernels import Kernels
 from mkt.regions import CX, CY, HX, HY
 
-CHUNK = 128  # ellipses at a time: their points stay in the processor's cache
+CHUNK = 100_000  # points at a time: the processor's cache holds their positions and labels
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ class Disc:
 
         Points outside the image count for nothing; an ellipse all outside has zeros.
         """
-        regions = np.asarray(regions, float)
-        return np.concatenate([self._histograms(image, m, regions[k:k + CHUNK]) for k in range(0, len(regions), CHUNK)])
+        regions, rows = np.asarray(regions, float), max(CHUNK // self.points.shape[1], 1)
+        return np.concatenate([self._histograms(image, m, regions[k:k + rows]) for k in range(0, len(regions), rows)])
 
     def _histograms(self, image, m, regions):
         x, y = (regions[:, [c]].astype(np.float32) + regions[:, [h]].astype(np.float32) * p for c, h, p in zip((CX, CY), (HX, HY), self.points))
