@@ -2,12 +2,15 @@
 
 import csv
 import json
+from fractions import Fraction
 
 import cv2
 import numpy as np
 import pytest
 
-from mkt import cli, leaderboard, sweeps
+from mkt import cli, figures, leaderboard, sweeps
+from mkt.figures import lessons_benchmark
+from mkt.figures.lessons_benchmark import counts
 from mkt.leaderboard import Board, as_markdown, by_sequence, draws, overall, ranking, recorded, refusals, synthetic
 from mkt.regions import to_box
 from mkt.scenarios import base
@@ -184,3 +187,36 @@ def test_a_wrong_bench_is_answered_in_a_sentence(words, said):
     with pytest.raises(SystemExit) as stopped:
         cli.run(cli.parse(["bench", "tracking", *words]))
     assert said in stopped.value.code
+
+
+def test_table_1_as_printed_gives_away_its_lengths():
+    """Truncated, not rounded; three rows fit a BoBoT sequence without its first row or two, and one mean is wrong."""
+    drawn = {row: figures.get("own.table_forensics").draw(row=row)[1] for row in lessons_benchmark.TABLE}
+    assert 627 in drawn["cluttered"]["n"] and drawn["trajectory"]["n"] == [601] and 452 in drawn["indoor occlusion"]["n"]
+    possible = drawn["cluttered"]["possible"]
+    assert [name for name in possible if not all(possible[name])] == ["outdoor occlusion", "scale"]
+    rounded = figures.get("own.table_forensics").draw(rounding="rounded")[1]["possible"]
+    assert not any(all(row) for row in rounded.values())
+    means, printed = drawn["scale"]["means"], [float(p) for p in lessons_benchmark.OVERALL]
+    assert [int(100 * mean + 1e-6) == round(100 * p) for mean, p in zip(means, printed)] == [False, True, True]
+
+
+@pytest.mark.parametrize("n", [1, 7, 452, 627, 1016])
+def test_every_fraction_is_found_and_no_other(n):
+    for k in range(n + 1):
+        hundredths = Fraction(10000 * k, n)
+        assert k in counts(f"{int(hundredths) / 100:.2f}", n)
+        assert k in counts(f"{int(hundredths + Fraction(1, 2)) / 100:.2f}", n, "rounded")
+    impossible = set(range(10001)) - {10000 * k // n for k in range(n + 1)}
+    assert not any(counts(f"{p / 100:.2f}", n) for p in sorted(impossible)[::37])
+
+
+def test_the_success_figure_shows_what_the_runs_give():
+    seen = {}
+    for limit in (0.2, 0.7):
+        _, seen[limit] = figures.get("own.success").draw(scene="look-alike", limit=limit)
+    low, high = seen[0.2], seen[0.7]
+    assert low["names"] == [name for name in catalogue.TRACKERS if name not in catalogue.SLOW]
+    assert (low["seen"] >= high["seen"]).all() and (low["all"] <= low["seen"]).all()
+    assert low["area"] == pytest.approx(low["curves"].mean(1)) and (np.diff(low["curves"]) <= 0).all()
+    assert low["curves"][:, 4] == pytest.approx(low["seen"])  # 4 / 20 is the limit
