@@ -41,10 +41,11 @@ from mkt.evaluation import HIT, errors, judged, overlaps, success, true_positive
 from mkt.scenarios import SCENARIOS
 from mkt.scenes import sequence
 from mkt.tracking import follow, track
+from mkt.twins import TWINS
 
 PACKAGE = Path(__file__).parent
 CACHE = PACKAGE.parent / ".cache" / "sweeps"
-SCENES = dict(SCENARIOS)
+SCENES = SCENARIOS | TWINS
 TURNED = 45.0  # [deg] beyond this the orientation is not the target's
 SHRUNK = 0.5  # share of the true area below which a region has shrunk
 NUMBERS = ("overlap", "hits", "hits_of_all", "area", "position", "orientation", "scale", "shrunk", "lost", "failed", "cpu_ms", "evaluations", "steps")

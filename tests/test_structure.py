@@ -9,7 +9,7 @@ PACKAGE = Path(__file__).parent.parent / "mkt"
 
 # Each module may import those named here and nothing else of the package.
 CORE = {"regions", "kernels", "histograms", "particles", "tracking"}
-MATERIAL = CORE | {"trackers", "textures", "scenes", "scenarios", "stories", "video", "datasets", "evaluation", "plotting", "servo", "kalman", "robot", "loop"}
+MATERIAL = CORE | {"trackers", "textures", "scenes", "scenarios", "stories", "twins", "archives", "video", "datasets", "evaluation", "plotting", "servo", "kalman", "robot", "loop"}
 ALLOWED = {
     "__init__": set(),
     "__main__": {"cli"},
@@ -25,6 +25,7 @@ ALLOWED = {
     "scenes": {"regions", "tracking", "textures"},
     "scenarios": {"scenes"},
     "stories": {"datasets", "scenes", "tracking"},
+    "twins": {"scenes"},
     "archives": {"datasets", "evaluation", "video"},
     "sweeps": CORE | {"archives", "evaluation", "scenarios", "scenes", "twins"},
     "evaluation": {"regions", "tracking"},
@@ -34,6 +35,7 @@ ALLOWED = {
     "loop": {"regions", "tracking", "servo", "kalman", "robot"},
     "plotting": {"regions", "kernels", "histograms", "tracking"},
     "recording": {"regions", "tracking", "plotting"},
+    "animation": {"recording"},
     "figures": MATERIAL | {"figures"},
     "widgets": MATERIAL | {"figures"},
     "bench": MATERIAL | {"figures"},

@@ -2,13 +2,19 @@
 
 from dataclasses import replace
 
+from mkt.histograms import ColorBins
 from mkt.kernels import Kernels
 from mkt.trackers.adaptive import Adaptive
 from mkt.trackers.baselines import MIL, CamShift, MeanShift
 from mkt.trackers.combined import Combined
 from mkt.trackers.guided import Guided
+from mkt.trackers.hybrid_resampling import HybridResampling
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
+from mkt.trackers.template_matching import TemplateMatching
+
+PFHR = HybridResampling()
+WHOLE_BOX = Kernels("one", "uniform", span=1.5, elliptic=True, samples=400)  # every pixel of the box alike, as [C14] has it
 
 TRACKERS = {
     "pf-1": ParticleFilter(n=500, kernels=Kernels("one")),  # the single kernel of Section II
@@ -18,6 +24,9 @@ TRACKERS = {
     "combined": Combined(),
     "guided": Guided(),
     "adaptive": Adaptive(),
+    "sir": ParticleFilter(n=200, kernels=WHOLE_BOX, motion=PFHR.motion, scheme="systematic", bins=ColorBins("hs")),
+    "pfhr": PFHR,
+    "wm": TemplateMatching(),
     "mil": MIL(),
     "camshift": CamShift(),
     "meanshift": MeanShift(),
@@ -30,6 +39,9 @@ LABELS = {
     "combined": "(5) combined, 75 particles",
     "guided": "guided (ours)",
     "adaptive": "adaptive colour particle filter [N03]",
+    "sir": "SIR particle filter [C14]",
+    "pfhr": "hybrid resampling, PFHR [C14]",
+    "wm": "window matching, WM [C14]",
     "mil": "MIL (OpenCV)",
     "camshift": "CamShift (OpenCV)",
     "meanshift": "MeanShift (OpenCV)",

@@ -1,0 +1,159 @@
+"""PFHR: the coefficients of its update, its readings of the acceptance test, and what the occlusion mode is good for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mkt.evaluation import overlap
+from mkt.scenes import Layer, Scene, sequence
+from mkt.trackers.catalogue import TRACKERS
+from mkt.trackers.hybrid_resampling import ACCEPT, NOTHING_LEARNT, HybridResampling
+from mkt.tracking import follow, track
+
+PFHR = TRACKERS["pfhr"]
+SEEDS = range(5)
+
+
+def behind_a_wall(length=80):
+    """A cup that goes to the right at 3 px a frame, past a brick wall on its way: totally hidden for about ten frames."""
+    way = ((0.0, 50.0, 120.0, 0.0, 1.0), (float(length), 50.0 + 3 * length, 120.0, 0.0, 1.0))
+    wall = Layer("bricks", 90.0, ((0.0, 180.0, 120.0, 0.0, 1.0),))
+    return Scene(Layer("cup", 60.0, way), "gravel", length, front=(wall,), shutter=0.0)
+
+
+@pytest.fixture(scope="module")
+def wall():
+    clip = sequence(behind_a_wall())
+    return replace(clip, frames=list(clip.frames))
+
+
+@pytest.fixture(scope="module")
+def infos(wall):
+    return [list(follow(PFHR, wall, seed)) for seed in SEEDS]
+
+
+def test_a_visible_target_is_followed(wall):
+    before = np.argmax(wall.visibility < 0.9)
+    for seed in SEEDS:
+        assert overlap(track(PFHR, wall, seed).regions[:before], wall.truth[:before]).min() > 0.4
+
+
+def test_it_says_that_the_target_is_hidden_and_finds_it_again(wall, infos):
+    gone, before = wall.visibility < 0.02, np.argmax(wall.visibility < 0.9)
+    for run in infos:
+        lost = np.array([info["lost"] for info in run])
+        assert lost[gone].mean() > 0.8 and not lost[:before].any() and not lost[-5:].any()
+        assert overlap(run[-1]["region"], wall.truth[-1]) > 0.4
+
+
+def test_few_effective_particles_are_no_sign_of_an_occlusion(wall):
+    """Where all looks equally bad, all weights are equal: the printed test takes the visible target for the hidden one, and the wall for the target."""
+    gone, there = wall.visibility < 0.02, wall.visibility > 0.9
+    for seed in SEEDS:
+        lost = track(replace(PFHR, occlusion="n_eff"), wall, seed).lost
+        assert lost[there].mean() > 0.3 and not lost[gone].all()
+        assert track(PFHR, wall, seed).lost[gone].all()
+
+
+def test_while_hidden_the_particles_spread_wider_every_frame_and_nothing_is_learnt(wall, infos):
+    for run in infos:
+        hidden = np.flatnonzero([info["lost"] for info in run])
+        first, last = hidden[0] + 1, hidden[-1]
+        widths = [np.ptp(run[k]["particles"][::2, 1]) for k in (first, last)]
+        assert widths[1] > widths[0] + 10
+        assert all((run[k]["shares"] == NOTHING_LEARNT).all() for k in hidden)
+
+
+def test_coefficients_of_the_update_stay_in_bounds_and_sum_to_one(infos):
+    shares = np.array([info["shares"] for run in infos for info in run[1:]])
+    assert (shares >= 0).all() and (shares <= 1).all()
+    np.testing.assert_allclose(shares.sum(1), 1)
+    learnt = shares[shares[:, 3] > 0]
+    assert len(learnt) > 50
+    np.testing.assert_allclose(learnt[:, 3], PFHR.gamma)
+
+
+@pytest.mark.parametrize("likelihoods", [(1e-9, 1e-9), (1.0, 1e-9), (1e-9, 1.0), (1.0, 1.0)])
+def test_coefficients_at_extreme_likelihoods(likelihoods):
+    for eta, gamma in ((0.0, 0.0), (0.2, 0.1), (0.5, 0.5), (0.0, 1.0)):
+        shares = replace(PFHR, eta=eta, gamma=gamma).shares(*likelihoods)
+        assert (shares >= 0).all() and shares.sum() == pytest.approx(1)
+
+
+def test_the_reference_stays_a_histogram_and_near_the_first_look(wall):
+    rng = np.random.default_rng(0)
+    state = PFHR.init(wall.frames[0], wall.truth[0], rng)
+    for frame in wall.frames[1:20]:
+        state, _ = PFHR.step(state, frame, rng)
+    np.testing.assert_allclose(state.target.q.sum(-1), 1, atol=1e-4)
+    assert 0 < np.abs(state.target.q - state.first).sum() < 0.5
+
+
+def test_half_of_the_particles_go_on_with_the_mean_velocity(wall):
+    still = replace(PFHR, motion=replace(PFHR.motion, position=0.0, scale=0.0))
+    state = still.init(wall.frames[0], wall.truth[0], np.random.default_rng(0))._replace(velocity=np.array([5.0, -2.0]))
+    moves = still.predict(state, wall.frames[0].shape, np.random.default_rng(1))[:, :2] - state.regions[:, :2]
+    onward = np.abs(moves - [5, -2]).max(1) < 1e-9
+    assert onward.sum() == PFHR.n / 2 and np.abs(moves[~onward]).max() < 1e-9
+    assert (onward[:-1] != onward[1:]).all()  # copies of one ancestor, which are neighbours, are split evenly
+
+
+def acceptance(accept, weights, seed=0):
+    """The share of particles that the test keeps in a frame with the target, and their weights; the old particles carry `weights`."""
+    clip = sequence(replace(behind_a_wall(), length=2))
+    tracker, rng = replace(PFHR, accept=accept), np.random.default_rng(seed)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)._replace(weights=weights)
+    image = tracker.bins(clip.frames[1])
+    predicted = tracker.predict(state, clip.frames[1].shape, rng)
+    regions, kept = tracker.accepted(state, image, predicted, tracker.likelihoods(state.target, image, predicted), rng)
+    return np.mean((regions == predicted).all(1)), kept, tracker.likelihoods(state.target, image, regions)
+
+
+EQUAL = np.full(PFHR.n, 1 / PFHR.n)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_readings_of_the_acceptance_test(seed):
+    accepted = {accept: acceptance(accept, EQUAL, seed)[0] for accept in ACCEPT}
+    assert accepted["always"] == 1
+    assert accepted["fresh"] < accepted["metropolis"] < 1 and accepted["fresh"] < 0.5  # most proposals are worse: they are wider than the particles
+
+
+def test_the_printed_test_accepts_up_to_a_distance_that_depends_on_the_number_of_particles():
+    _, kept, likelihoods = acceptance("paper", EQUAL)
+    new = kept > 1 / PFHR.n
+    distances = np.sqrt(-np.log(likelihoods) / PFHR.lam)
+    assert 0 < new.sum() < PFHR.n and distances[new].max() < np.sqrt(np.log(PFHR.n) / PFHR.lam) == pytest.approx(0.515, abs=5e-4)
+    np.testing.assert_allclose(kept[new], likelihoods[new])
+    assert (kept[~new] == 1 / PFHR.n).all()  # what it rejects keeps the old weight
+
+
+def test_old_likelihoods_in_place_of_weights_reject_everything():
+    """The other literal reading: stored raw likelihoods of an older, better frame."""
+    assert acceptance("paper", np.ones(PFHR.n))[0] == 0
+
+
+def test_fresh_never_keeps_the_worse_place():
+    _, kept, likelihoods = acceptance("fresh", EQUAL)
+    np.testing.assert_allclose(kept, likelihoods)
+
+
+def test_the_same_seed_gives_the_same_run(wall):
+    one, two, other = (track(PFHR, replace(wall, frames=wall.frames[:12], truth=wall.truth[:12], visibility=wall.visibility[:12]), seed).regions for seed in (3, 3, 4))
+    np.testing.assert_array_equal(one, two)
+    assert (one[-1] != other[-1]).any()
+
+
+@pytest.mark.parametrize("name", ["sir", "pfhr"])
+def test_boxes_stay_upright_and_keep_their_aspect(name, wall):
+    tracker = TRACKERS[name]
+    regions = track(tracker, replace(wall, frames=wall.frames[:15], truth=wall.truth[:15], visibility=wall.visibility[:15])).regions
+    np.testing.assert_allclose(regions[:, 2], 0, atol=1e-12)
+    np.testing.assert_allclose(regions[:, 3] / regions[:, 4], regions[0, 3] / regions[0, 4])
+
+
+@pytest.mark.parametrize("field, value", [("accept", "never"), ("occlusion", "weights"), ("inertial", 1.5), ("eta", -0.1), ("gamma", 0.96)])
+def test_wrong_parameters_are_named(field, value):
+    with pytest.raises(ValueError, match=field):
+        HybridResampling(**{field: value})
