@@ -90,15 +90,11 @@ class ColorBins:
         if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8:
             raise ValueError(f"a frame must be (H, W, 3) uint8 RGB, not {frame.shape} {frame.dtype}")
         channels = cv2.split(frame if self.space == "rgb" else cv2.cvtColor(frame, cv2.COLOR_RGB2HSV))
-        looked_up = [_translated(channel, table) for channel, table in zip(channels, self._tables)]
+        looked_up = [cv2.LUT(channel, table) for channel, table in zip(channels, self._tables)]
         if self.space == "hsv":
             grey = (channels[1] <= 255 * self.s_min) | (channels[2] <= 255 * self.v_min)
             return cv2.copyTo(looked_up[2], grey.view(np.uint8), looked_up[0] + looked_up[1])  # several times as fast as numpy's where
         return sum(looked_up[1:], looked_up[0])
-
-
-def _translated(channel, table):
-    return cv2.LUT(channel, table) if table.dtype == np.uint8 else table[channel]
 
 
 def histograms(image, m, kernels, regions):
