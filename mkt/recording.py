@@ -68,7 +68,7 @@ def record(tracker, sequence, output, seed=0, start=None, title=""):
     infos = follow(tracker, sequence, seed, start)
     infos = chain([next(infos)], infos)  # the start is learnt before a file is made
     done = 0
-    with _video(output, sequence) as video, open(Path(output).with_suffix(".csv"), "w", newline="") as file:
+    with video(output, sequence.frames[0].shape[1::-1], sequence.fps) as writer, open(Path(output).with_suffix(".csv"), "w", newline="") as file:
         table = csv.writer(file)
         table.writerow(COLUMNS)
         try:
@@ -76,7 +76,7 @@ def record(tracker, sequence, output, seed=0, start=None, title=""):
                 image = annotated(frame, info, f"{done} {title}")[..., ::-1]
                 table.writerow(row(done, info))
                 done += 1
-                video.write(image)  # last, for an interruption shows after the call that took longest
+                writer.write(image)  # last, for an interruption shows after the call that took longest
         except KeyboardInterrupt:
             pass
     return done
@@ -121,12 +121,14 @@ def _rgb(color):
 
 
 @contextmanager
-def _video(path, sequence):
-    """A cv2.VideoWriter for frames like those of a sequence, closed at the end.  An odd width or height loses its last pixel."""
-    height, width = sequence.frames[0].shape[:2]
+def video(path, size, fps):
+    """A `cv2.VideoWriter` for pictures of a size (width, height), closed at the end.  An odd width or height loses its last pixel.
+
+    Raises OSError when the file cannot be written.
+    """
     codec = cv2.VideoWriter_fourcc(*CODECS[Path(path).suffix.lower()])
     with _quiet():
-        writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, codec, sequence.fps, (width, height))
+        writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, codec, fps, size)
     if not writer.isOpened():
         raise OSError(f"{path}: cannot be written; is the folder writable, and is there room?")
     try:

@@ -7,6 +7,7 @@ import numpy as np
 
 from mkt.claims import Part, claim, contenders, setting
 from mkt.figures.teuliere2009 import cost_surfaces
+from mkt.figures.teuliere2009_servoing import REVERSALS, experiment, rms, run, self_motion
 from mkt.kernels import Kernels
 from mkt.scenarios import base
 from mkt.scenes import sequence
@@ -145,3 +146,28 @@ def prediction_saves_iterations(runs):
     """
     return [Part(f"{scenario}: iterations, combination over SSD", runs(scenario, "combined", "steps") / runs(scenario, "ssd", "steps"), 1, below=True)
             for scenario in ("base", "blur")]
+
+
+@claim("T09-i", "figures 9 to 11")
+def the_self_motion_is_compensated(runs):
+    """In servoing, the estimate of the target's own motion lowers the error, and sudden changes of its velocity leave a transient.
+
+    The combination with 75 particles in the loop at 5 frames a second, over up to ten hands that drive the car.  The paper says "reducing" and "small";
+    a fifth and 5 % are what we ask.  In steady motion: between 2.4 s after a change of the velocity and the next; after a reversal: for one second.
+    """
+    numbers = np.array([_servoing(seed) for seed in range(min(runs.seeds, 10))])
+    texts = ("RMS error in y, raw measurement over no compensation", "RMS error in y, Kalman filter over no compensation",
+             "that of the filter, in steady motion", "filter: largest error after a reversal over RMS in steady motion", "share of steady frames in which the estimate's sign is right")
+    return [Part(text, values, bound, below) for text, values, bound, below in zip(texts, numbers.T, (0.2, 0.2, 0.05, 2, 0.95), (True, True, True, False, False))]
+
+
+def _servoing(seed):
+    """The five numbers of T09-i for one hand."""
+    off, raw, filtered = (run(experiment(compensation=compensation, seed=seed)) for compensation in ("off", "raw", "Kalman"))
+    t, surface = off.times, experiment().workspace.surface
+    steady = ((t > 3.4) & (t < REVERSALS[0])) | ((t > REVERSALS[1] + 2.4) & (t < 13.0))
+    turned = np.any([(t > time) & (t <= time + 1) for time in REVERSALS], 0)
+    e, calm = filtered.errors[:, 1], rms(filtered.errors[steady, 1])
+    right = np.sign(filtered.estimated[1:, 1]) == np.sign(self_motion(filtered, surface))
+    without = rms(off.errors[:, 1])
+    return rms(raw.errors[:, 1]) / without, rms(e) / without, calm / rms(off.errors[steady, 1]), np.abs(e[turned]).max() / calm, right[steady[1:]].mean()
