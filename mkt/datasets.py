@@ -45,12 +45,6 @@ def data_root():
     return Path(root) if root else None
 
 
-def find_bobot():
-    """The BoBoT sequences in MKT_DATA/bobot, a dict from name to folder; empty when there are none.  Raises DataError as `data_root` does."""
-    root = data_root()
-    return {f.name: f for f in sorted(root.glob("bobot/*/")) if _truth_files(f)} if root else {}
-
-
 def distribution_file(distribution, name):
     """The path of a file that was installed with a package, found without importing the package.
 

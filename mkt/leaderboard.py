@@ -4,7 +4,7 @@ The protocol: a tracker is told the true region in the first frame and nothing a
 what counts are the frames in which the target is seen.  The same seeds for all; a tracker that draws no random numbers runs once on a
 recorded sequence, for it would only repeat itself.  A tracker that refuses a target scores nothing on it.
 
-`recorded` runs over the benchmarks that are found (`mkt.archives`), `synthetic` over our own sequences; both give a `Board`.
+`recorded` runs over the benchmarks that are found (`mkt.archives`), `synthetic` over the twins (`mkt.twins`); both give a `Board`.
 ``python3 -m mkt bench tracking`` prints the first, or the second where there are no benchmarks, and the book shows the second.
 
 Explained in notebook 14.
@@ -16,13 +16,14 @@ import numpy as np
 
 from mkt import archives
 from mkt.claims import setting
-from mkt.scenarios import SCENARIOS, base
+from mkt.scenarios import base
 from mkt.scenes import sequence
 from mkt.sweeps import CACHE, Job, Recorded, interval, known, sweep
 from mkt.trackers import catalogue
+from mkt.twins import TWINS
 
 SEEDS = 5
-SYNTHETIC = tuple(SCENARIOS)
+SYNTHETIC = tuple(TWINS)
 REFUSED = {"overlap": 0.0, "hits": 0.0, "hits_of_all": 0.0, "area": 0.0, "lost": 1.0}  # what a tracker scores that would not start
 HEAD = ("tracker", "overlap", "over seeds", "95 % over sequences", "true positives [%]", "of all frames [%]", "area", "lost [%]", "CPU ms")
 LEGEND = """*overlap*: mean over the seen frames, the seeds, and the sequences.  *over seeds*: the smallest and the largest of these means for one seed,
@@ -79,12 +80,12 @@ def recorded(names=(), seeds=SEEDS, processes=-1, cache=CACHE, only_known=False)
 
 
 def synthetic(names=(), seeds=SEEDS, processes=-1, cache=CACHE):
-    """Trackers, all by default, on our own sequences, another object, ground and path for each seed.  Returns a `Board`; raises as `recorded` does."""
+    """Trackers, all by default, on the synthetic twins, another object, ground and path for each seed.  Returns a `Board`; raises as `recorded` does."""
     return _synthetic([(_trackers(names, seeds), seeds)], processes, cache)
 
 
 def for_the_book(processes=-1, cache=CACHE):
-    """The boards of the book: two seeds of our own sequences, one of the slow trackers; and the benchmarks, if all their runs are known."""
+    """The boards of the book: two seeds of the twins, one of the slow trackers; and the benchmarks, if all their runs are known."""
     quick = [name for name in catalogue.TRACKERS if name not in catalogue.SLOW]
     own = _synthetic([(_trackers(quick, 2), 2), (_trackers(catalogue.SLOW, 1), 1)], processes, cache)
     return [own, *recorded(cache=cache, only_known=True)[0]]
@@ -93,7 +94,8 @@ def for_the_book(processes=-1, cache=CACHE):
 def _synthetic(parts, processes, cache):
     jobs = [Job(name, tracker, scenario, *setting(seed)) for trackers, seeds in parts for scenario in SYNTHETIC for name, tracker in trackers.items()
             for seed in range(seeds)]
-    data = f"Synthetic sequences, whose truth is exact: {', '.join(SYNTHETIC)}. Each seed has an object, a ground and a path of its own."
+    kinds = ", ".join(SYNTHETIC)
+    data = f"Synthetic twins of six kinds of sequence, whose truth is exact: {kinds}. Each seed has an object, a ground and a path of its own."
     return Board("Synthetic", data, sweep(jobs, processes, cache))
 
 

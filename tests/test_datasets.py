@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from mkt import datasets
-from mkt.datasets import bobot, carphone, data_root, distribution_file, find_bobot, mot, mot_main, otb, vot
+from mkt.archives import sequences
+from mkt.datasets import bobot, carphone, data_root, distribution_file, mot, mot_main, otb, vot
 from mkt.regions import corners
 from mkt.video import KEPT, DataError, ImageFolder, VideoFile
 
@@ -388,13 +389,11 @@ def test_video_with_and_without_box(tmp_path):
 
 def test_data_root(tmp_path, monkeypatch):
     monkeypatch.delenv("MKT_DATA", raising=False)
-    assert data_root() is None and find_bobot() == {}
+    assert data_root() is None
     monkeypatch.setenv("MKT_DATA", str(tmp_path / "none"))
     refused(data_root, tmp_path / "none", "does not exist", "unset")
     monkeypatch.setenv("MKT_DATA", str(tmp_path))
-    folder = bobot_folder(tmp_path / "bobot" / "Vid_X", bobot_row(0))
-    (tmp_path / "bobot" / "empty").mkdir()
-    assert data_root() == tmp_path and find_bobot() == {"Vid_X": folder}
+    assert data_root() == tmp_path
 
 
 def test_installed_files_are_found_without_importing():
@@ -425,7 +424,7 @@ BOBOT = {"Vid_A_ball": (602, 0), "Vid_B_cup": (629, 0), "Vid_F_person_fully_occl
 @pytest.mark.skipif(not os.environ.get("MKT_DATA"), reason="set MKT_DATA to the folder that contains bobot/ to read the real sequences")
 @pytest.mark.parametrize("name", BOBOT)
 def test_real_bobot(name):
-    sequence = bobot(find_bobot()[name])
+    sequence = next(found for found in sequences() if found.name == f"BoBoT/{name}").read()
     hidden = np.flatnonzero(sequence.visibility == 0)
     assert (len(sequence), len(hidden)) == BOBOT[name] and sequence.frames[-1].shape == (240, 320, 3)
     np.testing.assert_array_equal(np.isnan(sequence.truth).all(1), sequence.visibility == 0)
