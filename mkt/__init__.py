@@ -1,7 +1,8 @@
 """Multiple kernel tracking: colour-histogram trackers of three papers, small enough to read in an afternoon.
 
 Read in this order: `mkt.regions`, `mkt.kernels`, `mkt.histograms`, `mkt.tracking`; then the material to track, `mkt.scenes` and
-`mkt.datasets`; then how it is judged and drawn, `mkt.evaluation`, `mkt.plotting`, `mkt.figures`.
+`mkt.datasets`; then how it is judged and drawn, `mkt.evaluation`, `mkt.plotting`, `mkt.figures`.  A robot that follows what is tracked:
+`mkt.servo`, `mkt.kalman`, `mkt.robot`, `mkt.loop`.
 
 References
 ----------
