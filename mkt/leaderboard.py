@@ -139,7 +139,7 @@ def _place(name, cells):
 def overall(places):
     """The first table: a row of texts under `HEAD` for each `Place`."""
     return [[catalogue.LABELS[p.name], _two(p.overlap), _range(p.seeds) if p.seeds else "", _range(p.interval), f"{100 * p.hits:.1f}",
-             f"{100 * p.hits_of_all:.1f}", _two(p.area), f"{100 * p.lost:.0f}", f"{p.cpu_ms:.2g}"] for p in places]
+             f"{100 * p.hits_of_all:.1f}", _two(p.area), f"{100 * p.lost:.0f}", f"{p.cpu_ms:.2g}" if np.isfinite(p.cpu_ms) else ""] for p in places]
 
 
 def by_sequence(places):
