@@ -29,7 +29,7 @@ from mkt.trackers.adaptive import Adaptive, as_regions
 from mkt.trackers.appearance import threshold
 from mkt.trackers.ellipses import Disc, JointHSV
 
-BINS = {"rgb 8x8x8": ColorBins("rgb"), "rgb 4x4x4": ColorBins("rgb", (4, 4, 4)), "hsv 8x8x4": JointHSV(), "hsv 10x10+10": ColorBins()}
+BINS = {"rgb 8x8x8": ColorBins("rgb"), "rgb 4x4x4": ColorBins("rgb", (4, 4, 4)), "hsv 8x8x4": JointHSV()}
 SAMPLE, MEAN, FOUND, MISSED = "black", "white", "#d62728", "0.45"
 PERSON, CAR = "#0072b2", "#d55e00"
 
@@ -112,7 +112,7 @@ def _broken(function):
             for part in textwrap.wrap(line, WIDE, subsequent_indent=" " * (len(line) - len(line.lstrip()) + 8), drop_whitespace=True) or [""]]
 
 
-@figure("nummiaro2003.fig2", size=(10, 4.4), frame=(0, 119, 17), particles=[25, 100, 400], sigma=[0.05, 0.1, 0.3], bins=list(BINS), elliptic=[False, True])
+@figure("nummiaro2003.fig2", size=(10, 4.4), frame=(0, 105, 35), particles=[25, 100, 400], sigma=[0.05, 0.1, 0.3], bins=list(BINS), elliptic=[False, True])
 def fig2(canvas, *, frame=35, particles=100, sigma=0.1, bins="rgb 8x8x8", elliptic=False, extent=40):
     """The samples on a face, and the surface of the Bhattacharyya coefficient round it.
 
