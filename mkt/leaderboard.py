@@ -27,9 +27,9 @@ SYNTHETIC = tuple(TWINS)
 REFUSED = {"overlap": 0.0, "hits": 0.0, "hits_of_all": 0.0, "area": 0.0, "lost": 1.0}  # what a tracker scores that would not start
 HEAD = ("tracker", "overlap", "over seeds", "95 % over sequences", "true positives [%]", "of all frames [%]", "area", "lost [%]", "CPU ms")
 LEGEND = """*overlap*: mean over the seen frames, the seeds, and the sequences.  *over seeds*: the smallest and the largest of these means for one seed,
-where several ran.  *95 % over sequences*: bootstrap, as if these sequences were a few out of many like them.  *true positives*: seen frames with an overlap above
-.2; *of all frames*: the same out of all frames, hidden ones too, as [C14] counts.  *area*: under the success curve, as in OTB.  *lost*: runs without a
-hit in their last ten frames.  *CPU ms*: a frame, median over the runs."""
+where several ran.  *95 % over sequences*: bootstrap, as if these sequences were a few out of many like them.  *true positives*: seen frames with an
+overlap above .2; *of all frames*: the same out of all frames, hidden ones too, as [C14] counts.  *area*: under the success curve, as in OTB.
+*lost*: runs without a hit in their last ten frames.  *CPU ms*: a frame, median over the runs."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,9 @@ def recorded(names=(), seeds=SEEDS, processes=-1, cache=CACHE, only_known=False)
     """
     trackers = _trackers(names, seeds)
     found, troubles = archives.usable()
-    jobs = [Recorded(name, tracker, f, f.name, mark, seed) for f in found for mark in [f.fingerprint()] for name, tracker in trackers.items()
-            for seed in range(seeds if draws(tracker) else 1)]
+    marks = {f: f.fingerprint() for f in found}
+    repeats = {name: seeds if draws(tracker) else 1 for name, tracker in trackers.items()} if found else {}
+    jobs = [Recorded(name, trackers[name], f, f.name, mark, seed) for f, mark in marks.items() for name, n in repeats.items() for seed in range(n)]
     rows = known(jobs, cache) if only_known else sweep(jobs, processes, cache)
     if not rows or None in rows:
         return [], troubles
