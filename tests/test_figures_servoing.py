@@ -114,9 +114,12 @@ def test_an_approach_shrinks_by_one_minus_gain_times_period():
         assert e[1:8] / e[:7] == pytest.approx(1 - gain / fps, abs=1e-6)
 
 
-def test_a_loop_that_runs_away_is_drawn_as_far_as_it_sees():
+def test_loops_that_run_away_are_drawn_as_far_as_they_see():
+    """One by delay; one by tilting, which noise and six degrees of freedom do."""
     shown = numbers("own.approach", gain=6.0, fps=2.5, delay=3)
     assert 2 <= len(shown["times"]) < 16 and np.isfinite(shown["errors"]).all()
+    shown = numbers("teuliere2009.fig10", gain=2.0, compensation="raw", features="5 px")
+    assert 2 <= len(shown["errors"]) < len(shown["without"]) and np.isfinite(shown["errors"]).all()
 
 
 def test_the_root_locus_leaves_the_circle_where_theory_says():

@@ -1,13 +1,12 @@
 """Teaching figures of the chapters on servoing: what a motion does to the image, how a loop closes, and where it is best tuned."""
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from scipy.signal import dlsim
 
 from mkt.figures import figure
-from mkt.figures.teuliere2009_servoing import run
+from mkt.figures.teuliere2009_servoing import while_it_sees
 from mkt.kalman import OFF, RAW, Kalman, closed_loop
 from mkt.loop import Experiment, Servo
 from mkt.plotting import CURRENT, DESIRED, draw_box, draw_map, draw_region, show_frame
@@ -101,14 +100,6 @@ def approach(canvas, *, gain=1.0, fps=5, delay=0, dof=6, turn=30):
         ax.axhline(0, color="0.6", lw=0.8, zorder=0)
         ax.legend(ncols=6, loc="lower right", bbox_to_anchor=(1, 0.97), borderaxespad=0, columnspacing=1, handlelength=1.2, handletextpad=0.4)
     return {"errors": r.errors, "velocities": r.velocities, "times": r.times}
-
-
-def while_it_sees(experiment):
-    """The `Run` of an experiment, cut short where a loop runs away until the car is behind the camera."""
-    try:
-        return run(experiment)
-    except ValueError:
-        return while_it_sees(replace(experiment, frames=experiment.frames * 4 // 5))
 
 
 @figure("own.root_locus", size=(10, 4.4), gain=[0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0], delay=[0, 1, 2, 3], compensation=list(FILTERS), fps=[2.5, 5, 10, 25],
