@@ -6,11 +6,13 @@ What it adds to the combination of [T09], each for a failure seen there:
 * **several starts**: the last estimate moved by its velocity, then the best particles, until the optimiser finds the target (blur);
 * **coarse to fine**: the optimiser passes from wide to narrow kernels, so that a start may be further away;
 * **trust**: in the optimiser, kernels that look unlike their reference count less, so that a covered part does not pull (occlusion);
-* **feedback**: part of the particles begins the next frame at the corrected estimate (precision);
-* **floor**: a small constant added to every likelihood keeps hypotheses alive while the target is hidden (occlusion);
+* **wandering**: in every frame in which the target is seen, a few particles chosen by lot begin anew at the estimate; all others go on, each
+  as far as chance has taken it since its own beginning.  So the crowd is dense near the target and thin far away, wherever the target has
+  been, and while it is hidden nobody comes back and the crowd spreads (occlusion);
 * **light**: three gains follow the light (`mkt.trackers.light`), so that the reference itself never changes and cannot drift (illumination).
 
-Explained in notebook 06.
+There is no resampling: drawing by weight was tried, and the sharper the weights the more often a hidden target stayed lost, because the crowd
+had gathered on whatever looked a little like it.
 """
 
 from dataclasses import dataclass
@@ -18,9 +20,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mkt.histograms import ColorBins, Target, learn, log_likelihood
+from mkt.histograms import ColorBins, Target, learn
 from mkt.kernels import Kernels
-from mkt.particles import Motion, Particles, mean_region, normalised, systematic
+from mkt.particles import Motion, Particles
 from mkt.tracking import report
 from mkt.trackers.light import Light, first_light, followed, relit
 from mkt.trackers.ssd import minimise
@@ -40,24 +42,19 @@ class GuidedState(NamedTuple):
 class Guided:
     """The tracker of the module's text.  Distances are d_m under the last of the `fine` kernels.
 
-    n, coarse: the particles and the kernels they are weighed with; lam: of their likelihood; floor: added to it.
+    n, coarse: the particles and the kernels they are compared with; renewed: chance of a particle to begin anew at the estimate.
     fine, steps: the kernels of the optimiser, a pass each, and its steps a pass; starts: best particles that it may start from.
     found, seen: the distance below which no further start is tried, and that below which the target counts as seen.
-    glimpse: the coefficient of the best particle above which an unseen target is followed by the particles' mean, not by its velocity.
-    feedback: share of particles set back to the estimate.
     """
 
     n: int = 200
     coarse: Kernels = Kernels("tiles", "uniform", samples=300)
-    lam: float = 20.0
-    floor: float = 1e-8
+    renewed: float = 0.05
     fine: tuple[Kernels, ...] = (Kernels("3x3", span=1.4, samples=600), Kernels("3x3", samples=2400))
     steps: int = 5
     starts: int = 2
     found: float = 0.3
     seen: float = 0.6
-    glimpse: float = 0.4
-    feedback: float = 0.5
     motion: Motion = Motion(position=0.1)
     bins: ColorBins = ColorBins()
 
@@ -71,19 +68,17 @@ class Guided:
         """Look widely, then closely, then decide whether the target was seen at all."""
         image = self.bins(relit(frame, state.light.gains))
         particles = self.motion.predict(state.particles, rng)
-        rho = state.targets[0].coefficients(image, particles.regions)
-        weights = normalised(np.logaddexp(log_likelihood(rho, self.lam), np.log(self.floor)))
-        best = particles.regions[np.argsort(weights)[:-self.starts - 1:-1]]
+        likeness = np.maximum(state.targets[0].coefficients(image, particles.regions).mean(-1), 1e-9)
+        best = particles.regions[np.argsort(likeness)[:-self.starts - 1:-1]]
         region, d, steps = self._optimum(state.targets[1:], image, [_drifted(state), *best])
         if d > self.seen:
-            region = mean_region(particles.regions, weights) if rho.mean(-1).max() > self.glimpse else _drifted(state, 0.9)
+            region = _drifted(state, 0.9)
         velocity = 0.5 * state.velocity + 0.5 * (region[:2] - state.region[:2])
         cost = (self.n * len(state.targets[0].kernels.points) + steps * len(state.targets[-1].kernels.points)) / 4800
-        info = report(region, d, self.seen, steps=steps, evaluations=cost, particles=particles.regions, weights=weights)
-        particles = particles.take(systematic(weights, rng))
+        info = report(region, d, self.seen, steps=steps, evaluations=cost, particles=particles.regions.copy(), weights=likeness / likeness.sum())
         if d <= self.seen:
-            n = int(self.feedback * self.n)
-            particles.regions[:n], particles.velocities[:n] = region, velocity
+            renewed = rng.random(self.n) < self.renewed
+            particles.regions[renewed], particles.velocities[renewed] = region, velocity
         light = followed(state.light, frame, region) if d <= self.found else state.light
         return GuidedState(particles, state.targets, light, region, velocity), info
 
