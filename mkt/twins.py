@@ -32,7 +32,7 @@ def passers(seed, object="car", background="workshop"):
         x, y = position(path, frame)
         speed = rng.choice([-1, 1]) * rng.uniform(5, 8)
         way = [[0, x - speed * frame, y, 0, 1], [LENGTH, x + speed * (LENGTH - frame), y, 0, 1]]
-        front.append(Layer(object, 2.0 * WIDTH, _way(way), hue=float(rng.choice([24, 40, 60])), shuffle=int(rng.integers(1, 4))))
+        front.append(Layer(object, 1.7 * WIDTH, _way(way), hue=float(rng.choice([24, 40, 60])), shuffle=int(rng.integers(1, 4))))
     return Scene(Layer(object, WIDTH, path), background, LENGTH, front=tuple(front), shutter=SHUTTER, seed=seed)
 
 
@@ -43,7 +43,7 @@ def pillars(seed, object="car", background="workshop"):
     x = 160 + rng.choice([-1, 1]) * rng.uniform(4, 6) * (times - LENGTH / 2) + rng.normal(0, 6, len(times))
     path = _way(np.column_stack([times, x, 120 + rng.normal(0, 8, len(times)), 0 * times, growth(rng, len(times), 0.1)]))
     follow = np.column_stack([times, 160 - x + rng.normal(0, 12, len(times)), rng.normal(0, 6, len(times)), rng.normal(0, 0.01, len(times)), 1 + 0 * times])
-    fronts = tuple(Layer(name, rng.uniform(1.7, 2.2) * WIDTH, _way([[0, *position(path, frame), 0, 1]]))
+    fronts = tuple(Layer(name, rng.uniform(1.5, 1.8) * WIDTH, _way([[0, *position(path, frame), 0, 1]]))
                    for name, frame in zip(("bricks", "tissue", "grass"), (35, 75, 115)))
     return Scene(Layer(object, WIDTH, path), background, LENGTH, front=fronts, camera=_way(follow), shutter=SHUTTER, seed=seed)
 

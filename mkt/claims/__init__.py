@@ -23,7 +23,7 @@ import numpy as np
 from mkt.sweeps import CACHE, Job, interval, sweep
 from mkt.trackers import catalogue
 
-MODULES = ("teuliere2009", "nummiaro2003")
+MODULES = ("teuliere2009", "nummiaro2003", "cordoba2014")
 HOLDS, IN_PART, FAILS = "holds", "holds in part", "does not hold here"
 OBJECTS = ("car", "astronaut", "motorcycle", "hopper")
 BACKGROUNDS = ("workshop", "tissue", "bricks", "grass")
