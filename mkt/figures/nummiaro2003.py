@@ -117,8 +117,8 @@ def fig2(canvas, *, frame=35, particles=100, sigma=0.1, bins="rgb 8x8x8", ellipt
     """The samples on a face, and the surface of the Bhattacharyya coefficient round it.
 
     Real video, a head in a car.  At the left some samples (black ellipses), the mean state (white) and our annotation (yellow).  At the right the
-    coefficient with the model of the first frame, an ellipse of the annotated size standing at each place of the dotted rectangle; the samples' centres
-    are black, their mean is white, the highest place red.  The tracker does not learn here, so that model and surface belong together.
+    coefficient with the model of the first frame, an ellipse of the annotated size standing at each place of the dotted rectangle; the samples'
+    centres are black, their mean is white, the highest place red.  The tracker does not learn here, so that model and surface belong together.
     The printed kernel radius (the root of the sum of both squared half axes) does not vanish on the border of the ellipse; the elliptic one does.
     """
     video, tracker = carphone(), replace(Adaptive(), n=particles, sigma=sigma, bins=BINS[bins], disc=Disc(elliptic), alpha=0.0)
@@ -171,9 +171,9 @@ PLACEMENTS = list(placements(students(0)))
 def fig3(canvas, *, placement="doors and borders", particles=100, frame=TREE):
     """Samples that wait where the target may appear, and the condition by which they know it.
 
-    Synthetic data: the student sequence of figure 6, with the model of its first frame; in frame 101 the student is behind the tree.  At the left the samples as the
-    initialisation mode places them, doors being the two sides of the tree; red ones fulfil the appearance condition (15).
-    At the right the coefficient of ellipses all over the background, with the mean, the limit of (15) that is two spreads above it, and the
+    Synthetic data: the student sequence of figure 6, with the model of its first frame; in frame 101 the student is behind the tree.  At the left
+    the samples as the initialisation mode places them, doors being the two sides of the tree; red ones fulfil the appearance condition (15).  At
+    the right the coefficient of ellipses all over the background, with the mean, the limit of (15) that is two spreads above it, and the
     coefficient at the true place while the student is in view.  The paper says that 95 % of the background stay below the limit.
     """
     scene = students(0)
@@ -208,11 +208,12 @@ TRIALS = 5  # of a timed step; the shortest counts, for nothing can make it shor
 def fig5(canvas, *, particles=100, bins="rgb 8x8x8"):
     """What a frame costs: over the frames, and against the number of samples, the size of the region and the bins.
 
-    Measured while the figure is drawn, on this machine, in CPU time; so it is never twice the same.  Synthetic data: the person and the car of figure 4; the
-    smaller an ellipse, the more places of the background the appearance condition compares it with, so the person is the dearer one.
-    In the middle against the number of samples, for a whole frame and for the histograms of the samples alone.  At the right the histograms of 100 ellipses of growing area: with a grid of points as fine
-    as the pixels, as a direct (3) would need, and with the fixed grid that the tracker uses, whose cost does not depend on the size.  The slope
-    in a doubly logarithmic plot is the exponent.  The paper's computer had 800 MHz.
+    Measured while the figure is drawn, on this machine, in CPU time; so it is never twice the same.  Synthetic data: the person and the car of
+    figure 4; the smaller an ellipse, the more places of the background the appearance condition compares it with, so the person is the dearer
+    one.  In the middle against the number of samples, for a whole frame and for the histograms of the samples alone.  At the right the histograms
+    of 100 ellipses of growing area: with a grid of points as fine as the pixels, as a direct (3) would need, and with the fixed grid that the
+    tracker uses, whose cost does not depend on the size.  The slope in a doubly logarithmic plot is the exponent.  The paper's computer had 800
+    MHz.
     """
     tracker = replace(Adaptive(), n=particles, bins=BINS[bins])
     targets = {"person": PERSON, "car": CAR}

@@ -24,10 +24,10 @@ PAPER = Adaptive()
 def fig4(canvas, *, particles=100, noise=1.0, alpha=0.3):
     """The trajectories of a person and of a car, with the mean state in every 25th frame.
 
-    Synthetic data: a parking place seen from above.  The car comes closer and turns out of the image plane, which here means that it comes to show other
-    colours.  Coloured the tracker, black the truth, which the print does not have; the picture is the last frame.  Below, how far off the centre and the
-    half axis are in each frame.  noise: of the motion, in multiples of our values, as the paper prints none;
-    alpha: how fast the model learns, faster than elsewhere, because the car turns within 60 frames.
+    Synthetic data: a parking place seen from above.  The car comes closer and turns out of the image plane, which here means that it comes to
+    show other colours.  Coloured the tracker, black the truth, which the print does not have; the picture is the last frame.  Below, how far off
+    the centre and the half axis are in each frame.  noise: of the motion, in multiples of our values, as the paper prints none; alpha: how fast
+    the model learns, faster than elsewhere, because the car turns within 60 frames.
     """
     motion = PAPER.motion
     motion = replace(motion, position=noise * motion.position, velocity=noise * motion.velocity, axes=noise * motion.axes, growth=noise * motion.growth)
@@ -76,10 +76,10 @@ def student_run(b, placement, particles, tree):
 def fig6(canvas, *, b=0.1, placement="doors and borders", particles=100, tree=76):
     """The student sequence: passed by others, lost behind a tree, found again, gone.
 
-    Synthetic data, 222 frames as in the print: two others pass before the student around frames 45 and 165, a tree hides the student around frame 101, and in
-    the end the student leaves.  Dashed the true place.  Green is the estimate in the mode "tracking", with the samples' centres as black points; in the mode
-    "initialising" there is no estimate, and white points are where the samples wait.  tree: its width [px], which sets how long the student is hidden.
-    The model does not learn here.  The real sequence cannot be had.
+    Synthetic data, 222 frames as in the print: two others pass before the student around frames 45 and 165, a tree hides the student around frame
+    101, and in the end the student leaves.  Dashed the true place.  Green is the estimate in the mode "tracking", with the samples' centres as
+    black points; in the mode "initialising" there is no estimate, and white points are where the samples wait.  tree: its width [px], which sets
+    how long the student is hidden.  The model does not learn here.  The real sequence cannot be had.
     """
     sequence, run, waiting = student_run(b, placement, particles, tree)
     again = found_again(waiting, TREE)
@@ -110,8 +110,8 @@ def _draw_mode(ax, sequence, run, k, waiting):
 def fig7(canvas, *, b=0.1, placement="doors and borders", particles=100, tree=76):
     """How many samples fulfil the appearance condition in each frame of figure 6.
 
-    The run of figure 6.  The dashed line is b N: tracking starts above it, and ends after a couple of frames, ours are five, below it.  Shaded are the frames
-    in the mode "initialising".  The curve below is how much of the student can be seen, which only a synthetic sequence knows.
+    The run of figure 6.  The dashed line is b N: tracking starts above it, and ends after a couple of frames, ours are five, below it.  Shaded
+    are the frames in the mode "initialising".  The curve below is how much of the student can be seen, which only a synthetic sequence knows.
     """
     sequence, run, waiting = student_run(b, placement, particles, tree)
     positives = np.array([np.nan, *run.info["positives"][1:]], float)
@@ -156,10 +156,11 @@ def likeness(tracker, sequence, run):
 def fig8(canvas, *, alpha=0.2, threshold=PAPER.rho_min, turns=True, elliptic=False):
     """The car ahead, without (top) and with (bottom) model update.
 
-    Synthetic data: a car that moves fast, grows, and turns, which here means that its colours change; with turns = False only its size does.  Dashed
-    the truth, coloured the estimate.  Above each row the share of frames with an overlap above .2, the mean overlap, and how alike the last model and two ellipses are:
-    the car as it looks in the last frame, and what is beside it.  threshold: read as a coefficient that the mean state must exceed before the model learns; the paper
-    prints .9 for a likelihood whose scale it does not print.  elliptic: the kernel's radius; the printed one leaves weight on the border, where the background is.
+    Synthetic data: a car that moves fast, grows, and turns, which here means that its colours change; with turns = False only its size does.
+    Dashed the truth, coloured the estimate.  Above each row the share of frames with an overlap above .2, the mean overlap, and how alike the
+    last model and two ellipses are: the car as it looks in the last frame, and what is beside it.  threshold: read as a coefficient that the mean
+    state must exceed before the model learns; the paper prints .9 for a likelihood whose scale it does not print.  elliptic: the kernel's radius;
+    the printed one leaves weight on the border, where the background is.
     """
     scene, shown = traffic(0, turns), {}
     sequence = clip(scene)
@@ -185,9 +186,9 @@ def fig8(canvas, *, alpha=0.2, threshold=PAPER.rho_min, turns=True, elliptic=Fal
 def fig9(canvas, *, alpha=0.2, threshold=PAPER.rho_min, turns=True, elliptic=False):
     """The half axis H_x of the mean state, without and with model update.
 
-    The sequence of figure 8.  Black is the truth, which the print does not have; coloured are several runs that differ in the tracker's random numbers, the one of figure
-    8 thick.  At the right, how alike the model of that run is to the car as it looks at the time (full line) and to what is beside it (dotted): when the dotted line
-    comes up to the full one, the tracker has learnt the background.
+    The sequence of figure 8.  Black is the truth, which the print does not have; coloured are several runs that differ in the tracker's random
+    numbers, the one of figure 8 thick.  At the right, how alike the model of that run is to the car as it looks at the time (full line) and to
+    what is beside it (dotted): when the dotted line comes up to the full one, the tracker has learnt the background.
     """
     scene, shown = traffic(0, turns), {}
     sequence = clip(scene)
@@ -213,9 +214,9 @@ def fig9(canvas, *, alpha=0.2, threshold=PAPER.rho_min, turns=True, elliptic=Fal
 def fig10(canvas, *, alpha=0.02, bins="hsv 8x8x4", particles=100):
     """A head over 450 frames.
 
-    Real video, a clip of 120 frames played forward and backward.  Yellow our annotation, green the estimate.  Below, the overlap of two runs that differ in
-    the tracker's random numbers, the one above thick; the annotation is of every fifth frame, with straight lines between.  The paper's head is in a factory; this one is in a car, and
-    turns before windows and a head-rest.
+    Real video, a clip of 120 frames played forward and backward.  Yellow our annotation, green the estimate.  Below, the overlap of two runs that
+    differ in the tracker's random numbers, the one above thick; the annotation is of every fifth frame, with straight lines between.  The paper's
+    head is in a factory; this one is in a car, and turns before windows and a head-rest.
     """
     sequence, tracker = of(head), replace(PAPER, n=particles, alpha=alpha, bins=BINS[bins])
     runs = [traced(tracker, head, seed) for seed in range(HEADS)]
