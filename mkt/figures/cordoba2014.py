@@ -66,7 +66,9 @@ def _recorded(found):
 
 def said(kind, source):
     """What the reader is looking at, in a few words."""
-    return f"synthetic twin \"{kind}\"" if isinstance(source, Scene) else f"{source.name}, {source.archive.licence}"
+    if isinstance(source, Scene):
+        return f"synthetic twin \"{kind}\""
+    return f"{source.name}, {source.archive.licence}" + ", frames reconstructed" * ("reconstructed" in material(source).source)
 
 
 @lru_cache(maxsize=2048)
