@@ -24,7 +24,7 @@ def test_rows_sum_to_one_and_every_sample_is_seen(kernels):
 
 @given(configurations)
 def test_centre_of_mass_is_the_kernel_centre(kernels):
-    if kernels.span <= 1:  # larger tiles are cut by the border
+    if kernels.span <= 1 and kernels.layout != "cut":  # larger tiles are cut by the border
         cell = 2 / np.sqrt(kernels.samples)
         assert np.allclose(kernels.weights @ (kernels.points * kernels.half_sides), kernels.centres, atol=cell)
 
@@ -34,6 +34,13 @@ def test_supports_stay_inside_the_object(layout, span, aspect, elliptic):
     kernels = Kernels(layout, span=min(span, 1.0) if layout == "one" else span, aspect=aspect, elliptic=elliptic)
     if (kernels.radii <= kernels.half_sides).all():
         assert (np.abs(kernels.centres) + kernels.radii <= kernels.half_sides + 1e-9).all()
+
+
+def test_cut_kernels_reach_beyond_the_border_and_lose_what_lies_there():
+    cut, whole = Kernels("cut", aspect=1.5), Kernels("3x3", aspect=1.5)
+    assert np.allclose(cut.radii, whole.radii) and (np.abs(cut.centres[0]) + cut.radii > cut.half_sides).all()
+    lost = np.abs(cut.centres) - np.abs(cut.weights @ (cut.points * cut.half_sides))
+    assert (lost[0] > 0.01).all() and np.allclose(lost[4], 0, atol=0.01)
 
 
 def test_nine_kernels_have_the_span_of_the_fourth_row():
