@@ -128,7 +128,9 @@ def test_lost_looks_different():
 
 @pytest.mark.parametrize("region", [(-500.0, 60, 0.4, 40, 20), (80.0, 60, 0.4, 1e9, 20), (np.nan, 60, 0, 4, 2)])
 def test_regions_far_off_can_be_drawn(region):
-    recording.annotated(np.zeros((120, 160, 3), np.uint8), {"region": np.array(region), "lost": True}, "")
+    frame = np.zeros((120, 160, 3), np.uint8)
+    drawn = recording.annotated(frame, {"region": np.array(region), "lost": True}, "")
+    assert drawn.shape == frame.shape and drawn.dtype == np.uint8
 
 
 @pytest.mark.parametrize("words, said", [

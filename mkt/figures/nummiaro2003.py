@@ -54,9 +54,11 @@ class Remembering:
     tracker: Any
 
     def init(self, frame, region, rng):
+        """As the tracker's."""
         return self.tracker.init(frame, region, rng)
 
     def step(self, state, frame, rng):
+        """As the tracker's, with ``model``, the q* (m,) and half axes after the frame, in the info."""
         state, info = self.tracker.step(state, frame, rng)
         return state, info | {"model": state.model}
 
