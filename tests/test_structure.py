@@ -37,11 +37,12 @@ ALLOWED = {
     "recording": {"regions", "tracking", "plotting"},
     "animation": {"recording"},
     "figures": MATERIAL | {"figures"},
-    "widgets": MATERIAL | {"figures"},
+    "page": MATERIAL | {"figures"},
+    "widgets": MATERIAL | {"figures", "page"},
     "bench": MATERIAL | {"figures"},
     "claims": MATERIAL | {"figures", "sweeps", "claims"},
     "leaderboard": MATERIAL | {"archives", "sweeps", "claims"},
-    "book": MATERIAL | {"figures", "widgets", "book", "claims", "leaderboard"},
+    "book": MATERIAL | {"figures", "page", "widgets", "book", "claims", "leaderboard"},
     "cli": MATERIAL | {"archives", "leaderboard", "figures", "widgets", "book", "bench", "recording", "claims", "sweeps"},
 }
 DOORS = {

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mkt import figures, widgets
+from mkt import figures, page
 from mkt.widgets import explore, show
 
 
@@ -105,9 +105,9 @@ def test_mistakes_end_the_cell_with_the_known_names(mode, monkeypatch):
 
 
 def test_the_page_asks_nothing_of_a_network_and_keeps_its_ids_apart(static, monkeypatch):
-    monkeypatch.setattr(widgets, "POSITIONS", 5)  # of which none is slope 3
-    page = explore("toy.line", title="x")
-    text = page._repr_html_() + page._repr_html_()
+    monkeypatch.setattr(page, "POSITIONS", 5)  # of which none is slope 3
+    shown = explore("toy.line", title="x")
+    text = shown._repr_html_() + shown._repr_html_()
     assert not re.search(r"https?:|src=[\"']//|url\(", text)
     ids = re.findall(r' id="([^"]+)"', text)
     assert len(ids) == len(set(ids)) == 6
@@ -115,20 +115,20 @@ def test_the_page_asks_nothing_of_a_network_and_keeps_its_ids_apart(static, monk
 
 
 def test_the_page_has_a_frame_for_each_position_and_the_default_only_once(static, monkeypatch):
-    monkeypatch.setattr(widgets, "POSITIONS", 5)
-    page = explore("toy.line")
-    slope = page._sliders["slope"]
+    monkeypatch.setattr(page, "POSITIONS", 5)
+    shown = explore("toy.line")
+    slope = shown._sliders["slope"]
     assert slope["labels"] == ["0", "1", "10", "15", "20"]
     assert slope["frames"][slope["start"]] == 0
-    assert len(set(page._frames)) == len(page._frames) == 1 + 4 + 1
+    assert len(set(shown._frames)) == len(shown._frames) == 1 + 4 + 1
 
 
 @given(st.integers(1, 300), st.data())
 def test_the_positions_in_the_page_keep_first_last_and_default(count, data):
     values, default = list(range(count)), data.draw(st.integers(0, count - 1))
-    chosen = widgets._spread(values, default)
+    chosen = page._spread(values, default)
     assert {0, count - 1, default} <= set(chosen)
-    assert chosen == sorted(set(chosen)) and len(chosen) == min(count, widgets.POSITIONS)
+    assert chosen == sorted(set(chosen)) and len(chosen) == min(count, page.POSITIONS)
 
 
 @pytest.mark.parametrize("id", figures.registry())
