@@ -165,7 +165,7 @@ def loop_map(canvas, *, fps=5, rho=0.3, delay=0, jitter=2.0):
     for ax, z, title in zip(axes, (steady, peak, noisy), ("before it turns back", "largest after it", f"RMS, {jitter:g} px of noise")):
         mesh = draw_map(ax, np.arange(len(RATIOS)), np.arange(len(GAINS)), np.minimum(z, WORST).round(2), (0, WORST), xlabel="Q / R", title=f"{title}: {z.min():.2f} cm at best",
                         xticks=range(len(RATIOS)), yticks=range(len(GAINS)))
-        ax.set_xticklabels([f"{r:g}".replace("inf", "∞") for r in RATIOS])
+        ax.set_xticklabels([f"{r:g}".replace("inf", "∞").replace("0.", ".") for r in RATIOS])
     axes[0].set(ylabel="gain [1/s]", yticklabels=[f"{g:g}" for g in GAINS])
     canvas.colorbar(mesh, cax=canvas.add_axes((0.925, 0.15, 0.012, 0.73)), label="error [cm]")
     return {"steady": np.minimum(steady, 1e3), "peak": np.minimum(peak, 1e3), "noisy": np.minimum(noisy, 1e3)}
