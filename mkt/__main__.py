@@ -32,6 +32,8 @@ def main():
     args = cli.parse(sys.argv[1:])  # --help and mistyped commands end here, before anything is installed
     if stamp_of(Path(sys.prefix)) == wanted_stamp():
         return cli.run(args)
+    if args.command == "doctor" and stamp_of(VENV) != wanted_stamp():
+        return cli.run(args)  # it is asked for where the set-up fails
     ensure()
     return become([str(PYTHON), "-m", "mkt", *sys.argv[1:]])
 

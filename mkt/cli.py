@@ -33,10 +33,10 @@ def parser():
                                "claims", "claims T09-c T09-d --seeds 48", "claims -o claims.csv"))
     _track_arguments(_command(commands, "track", run_track, "track an object in a video of your own",
                               "Follows what is inside a box of the first frame, and writes the video with what was found drawn into it (green; dashed red\n"
-                              "where the tracker says that it lost it) and a table beside it (.csv).  Without --box it shows the first frame under a grid,\n"
-                              "to read the box off.  Ctrl-C ends it and keeps what was done so far.",
+                              "where the tracker says that it lost it), a table beside it (.csv), and the settings that give the same track again (.json).\n"
+                              "Without --box it shows the first frame under a grid, to read the box off.  Ctrl-C ends it and keeps what was done so far.",
                               "track ball.mp4", "track ball.mp4 --box 120,80,60,40",
-                              "track holiday/ --box 120,80,60,40,-30 --tracker combined --particles 200 -o found.avi"))
+                              "track holiday/ --box 120,80,60,40,-30 --tracker combined --particles 200 -o found.avi", "track --settings found.json"))
     _bench_arguments(_command(commands, "bench", run_bench, "time the core, or rank the trackers",
                               "Without a word, prints CPU milliseconds of the hot loop and its rivals (median, one thread) side by side, with ratios.\n"
                               "With `tracking`, runs all trackers on all benchmark sequences that are found (see `python3 -m mkt data`), on our synthetic ones\n"
@@ -46,8 +46,16 @@ def parser():
                     "Lists the benchmarks that can be used, where each is expected, what is there, its licence, and how to get it.\n"
                     "With `check`, opens every sequence that is there and says what is wrong with it.", "data", "data check")
     data.add_argument("check", nargs="?", choices=["check"], help="open every sequence that is there")
+    _command(commands, "doctor", run_doctor, "say what is wrong with this machine",
+             "Looks at Python, the environment, its packages, video formats, JupyterLab's widgets and data sets, and says how to mend what is wrong.")
+    _labs_arguments(_command(commands, "labs", run_labs, "hand out the labs, check one, or grade them",
+                             "`release` writes the students' version of every lab of notebooks/labs into a folder: without solutions and hidden checks.\n"
+                             "`check` runs your notebook and says in words what its checks found; start it whenever you like.\n"
+                             "`grade` runs what the students handed in, with the hidden checks, and writes a table with a row for each notebook.\n"
+                             "It executes the students' code on this machine, as you: do it where you would run a stranger's program.",
+                             "labs release -o handout", "labs check handout/lab_1_histograms_and_kernels.ipynb", "labs grade submitted -o grades.csv"))
     _command(commands, "strip", run_strip, "remove outputs from the notebooks",
-             "Removes outputs and execution counts from the notebooks of book.toml, as they are to be committed.")
+             "Removes outputs and execution counts from the notebooks of book.toml and from the labs, as they are to be committed.")
     return top
 
 
@@ -80,12 +88,13 @@ def _bench_arguments(sub):
 
 
 def _track_arguments(sub):
-    sub.add_argument("video", metavar="VIDEO", help="a video file, or a folder of images")
+    sub.add_argument("video", nargs="?", metavar="VIDEO", help="a video file, or a folder of images")
     sub.add_argument("--box", metavar="X,Y,W,H[,ANGLE]", help="where the target is in the first frame: upper left corner, width and height [px], "
                      "and, if you like, a clockwise rotation about its centre [degrees]")
     sub.add_argument("--tracker", default="guided", metavar="NAME", help="guided (the default), combined, ssd, mil, ...; a wrong name lists all")
     sub.add_argument("--particles", type=int, metavar="N", help="number of particles; the tracker's own by default")
     sub.add_argument("--seed", type=int, default=0, metavar="S", help="of the tracker's chance (0); the same seed gives the same track")
+    sub.add_argument("--settings", type=Path, metavar="FILE", help="track again as this .json file says, which an earlier run wrote; with VIDEO if that has moved")
     sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="video to write: .webm, .mkv (lossless) or .avi; VIDEO-NAME.webm by default")
 
 
@@ -102,8 +111,18 @@ def parse(arguments):
         top.error("figure needs an ID and -o FILE; `python3 -m mkt figure --list` lists the figures")
     if args.command == "bench" and args.what == "core" and (args.seeds is not None or args.output):
         top.error("--seeds and -o go with `bench tracking`")
+    if args.command == "track":
+        _agree(top, args)
     args.rest = rest
     return args
+
+
+def _agree(top, args):
+    """A video, or settings that name one and leave nothing to say."""
+    if args.settings is None and args.video is None:
+        top.error("track needs a VIDEO, or --settings FILE")
+    if args.settings and (args.box, args.tracker, args.particles, args.seed) != (None, "guided", None, 0):
+        top.error("--settings says box, tracker, particles and seed; leave these out, or change them in a copy of the file")
 
 
 def run(args):
@@ -205,25 +224,45 @@ def run_claims(args):
 
 def run_track(args):
     """Track in a video of the user's own, or show its first frame to read a box off."""
-    from mkt import recording
+    from mkt import recording, settings
     from mkt.datasets import video
-    from mkt.trackers import catalogue
 
     try:
-        tracker = catalogue.get(args.tracker) if args.particles is None else catalogue.with_particles(args.tracker, args.particles)
-        clip = video(args.video)
-        output = recording.checked_output(args.output or f"{Path(args.video).resolve().stem}-{args.tracker}.webm", args.video)
-        if args.box is None:
-            print(recording.ask_for_box(clip, output), file=sys.stderr)
+        if args.settings is None and args.box is None:
+            settings.with_numbers(args.tracker, _particles(args))  # a wrong name is said now, not after the box was read off
+            print(recording.ask_for_box(video(args.video), _output(args, args.video)), file=sys.stderr)
             return 2
-        start = recording.parse_box(args.box, clip.frames[0])
-        done = recording.record(tracker, clip, output, args.seed, start, args.tracker)
+        chosen = settings.load(args.settings, args.video) if args.settings else _settled(args)
+        output = _output(args, chosen.video)
+        clip = chosen.sequence()
+        done = recording.record(chosen.configured(), clip, output, chosen.seed, title=chosen.tracker)
+        chosen.save(output.with_suffix(".json"))
     except (KeyError, ValueError, OSError) as error:
         sys.exit(f"mkt track: {error.args[0] if isinstance(error, KeyError) else error}")
-    print(f"{output}\n{output.with_suffix('.csv')}")
+    print(output, output.with_suffix(".csv"), output.with_suffix(".json"), sep="\n")
+    if args.settings and settings.drift(chosen):
+        print(f"the track may differ in its last digits: {settings.drift(chosen)}", file=sys.stderr)
     if done < len(clip):
         print(f"stopped: {done} of {len(clip)} frames are in both, up to frame {done - 1}", file=sys.stderr)
         return 130
+
+
+def _settled(args):
+    from mkt import settings
+
+    return settings.settled(args.video, settings.parse_box(args.box), args.tracker, _particles(args), args.seed)
+
+
+def _particles(args):
+    return {} if args.particles is None else {"n": args.particles}
+
+
+def _output(args, source):
+    """Where the video goes: -o, or a name made from what is tracked, in the folder where the command runs."""
+    from mkt.recording import checked_output
+
+    name = f"{args.settings.stem}-again" if args.settings else f"{Path(source).resolve().stem}-{args.tracker}"
+    return checked_output(args.output or f"{name}.webm", source)
 
 
 def run_bench(args):
@@ -270,6 +309,30 @@ def run_data(args):
     print(*(f"{found.name}: {words}" for found, words in good.items()), *(f"wrong: {trouble}" for trouble in troubles), sep="\n")
     print(f"{len(good)} sequences can be used, {len(troubles)} cannot" if good or troubles else "nothing is there; `python3 -m mkt data` says what could be")
     return 1 if troubles else 0
+
+
+def run_doctor(args):
+    """Print what is wrong and how to mend it: exit code 1 where something is."""
+    from mkt import doctor
+
+    return doctor.main()
+
+
+def run_labs(args):
+    """Release, check or grade labs: exit code 1 where a check found something."""
+    from mkt.labs import grading, notebooks
+
+    try:
+        if args.what == "release":
+            return print(*notebooks.release(args.output), sep="\n")
+        if args.what == "grade":
+            grading.grade(args.path, args.output, args.limit)
+            return print(args.output)
+        lines, passed = grading.check(args.path, args.limit)
+    except (ValueError, OSError) as error:
+        sys.exit(f"mkt labs: {error}")
+    print(*lines, sep="\n")
+    return 0 if passed else 1
 
 
 def run_strip(args):

@@ -43,13 +43,15 @@ ALLOWED = {
     "claims": MATERIAL | {"figures", "sweeps", "claims"},
     "leaderboard": MATERIAL | {"archives", "sweeps", "claims"},
     "book": MATERIAL | {"figures", "page", "widgets", "book", "claims", "leaderboard"},
-    "cli": MATERIAL | {"archives", "leaderboard", "figures", "widgets", "book", "bench", "recording", "claims", "sweeps"},
+    "doctor": {"__main__", "archives", "recording", "video"},
+    "labs": {"book", "labs"},
+    "cli": MATERIAL | {"labs", "doctor", "archives", "leaderboard", "figures", "widgets", "book", "bench", "recording", "claims", "sweeps"},
 }
 DOORS = {
     "matplotlib": {"plotting", "figures", "widgets", "bench", "cli"},
     "ipywidgets": {"widgets"},
     "sphinx": {"book"},
-    "nbclient": {"book"},
+    "nbclient": {"book", "labs"},
     "control": {"kalman"},
 }
 FILES = sorted(PACKAGE.rglob("*.py"))
