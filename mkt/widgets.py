@@ -24,10 +24,12 @@ LIVE_DPI, SHARP_DPI = 100, 160
 def show(id, **parameters):
     """Draw a registered figure with its defaults, but for `parameters`.
 
-    Returns an `IPython.display.Image` with the caption as its alternative text.  Raises KeyError for an unknown figure and ValueError
-    for an unknown parameter, both listing the known ones.
+    Returns an `IPython.display.Image` with the caption as its alternative text, or a `mkt.page.Page` without sliders where MKT_STATIC=1.
+    Raises KeyError for an unknown figure and ValueError for an unknown parameter, both listing the known ones.
     """
     entry = figures.get(id)
+    if _static():
+        return Page(entry, entry.defaults | parameters)
     canvas, _ = entry.draw(SHARP_DPI, **parameters)
     return Image(encoded(canvas, ".png"), format="png", width=width(entry), alt=f"{entry.title} {entry.caption}".replace("\n", " "))
 
@@ -37,7 +39,11 @@ def explore(id, **fixed):
 
     Returns a `Panel`, or a `Page` where MKT_STATIC=1.  Raises KeyError for an unknown figure and ValueError for an unknown parameter.
     """
-    return (Page if os.environ.get("MKT_STATIC") == "1" else Panel)(figures.get(id), fixed)
+    return (Page if _static() else Panel)(figures.get(id), fixed)
+
+
+def _static():
+    return os.environ.get("MKT_STATIC") == "1"
 
 
 class Panel(ipywidgets.VBox):

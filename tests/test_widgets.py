@@ -28,6 +28,13 @@ def toy(monkeypatch):
         canvas.subplots().plot([0, 1], [0, slope], color=color)
         return {"rise": slope}
 
+    @figures.figure("toy.grid", size=(3, 2), grid=("x", "y"), z=[0, 1], x=(0, 20, 1), y=[1, 2])
+    def grid(canvas, *, x=7, y=1, z=0, title=""):
+        """A place."""
+        drawn.append((x, y, z))
+        canvas.subplots().plot([x], [y], "o", ms=10 + 30 * z)
+        return {}
+
     return drawn
 
 
@@ -111,24 +118,59 @@ def test_the_page_asks_nothing_of_a_network_and_keeps_its_ids_apart(static, monk
     assert not re.search(r"https?:|src=[\"']//|url\(", text)
     ids = re.findall(r' id="([^"]+)"', text)
     assert len(ids) == len(set(ids)) == 6
+    assert not re.search(r"<(link|iframe|object)|fetch\(|import\(|XMLHttp", text)
     assert all(f'for="{id}"' in text for id in ids if id.count("-") > 2)
 
 
 def test_the_page_has_a_frame_for_each_position_and_the_default_only_once(static, monkeypatch):
     monkeypatch.setattr(page, "POSITIONS", 5)
     shown = explore("toy.line")
-    slope = shown._sliders["slope"]
-    assert slope["labels"] == ["0", "1", "10", "15", "20"]
-    assert slope["frames"][slope["start"]] == 0
+    slope, (_, frames) = shown._sliders["slope"], [group["frames"] for group in shown._groups]
+    assert slope == {"labels": ["0", "1", "10", "15", "20"], "start": 1}
+    assert [group["names"] for group in shown._groups] == [("slope",), ("color",)]
+    assert shown._groups[0]["frames"][1] == frames[0] == 0
     assert len(set(shown._frames)) == len(shown._frames) == 1 + 4 + 1
 
 
-@given(st.integers(1, 300), st.data())
-def test_the_positions_in_the_page_keep_first_last_and_default(count, data):
+def test_two_sliders_of_a_grid_move_together_over_all_pairs(static, toy):
+    shown = explore("toy.grid", title="fixed")
+    assert shown._sliders["x"]["labels"] == ["0", "7", "10", "15", "20"]
+    assert [group["names"] for group in shown._groups] == [("x", "y"), ("z",)]
+    assert shown._groups[0]["frames"] == [toy[1:].index((x, y, 0)) + 1 if (x, y) != (7, 1) else 0 for x in (0, 7, 10, 15, 20) for y in (1, 2)]
+    assert 'role="group"' in shown._repr_html_()
+
+
+def test_a_grid_of_which_one_slider_is_fixed_is_none(static):
+    shown = explore("toy.grid", y=2)
+    assert [group["names"] for group in shown._groups] == [("z",), ("x",)]
+    assert 'role="group"' not in shown._repr_html_()
+
+
+def test_a_grid_names_sliders():
+    with pytest.raises(ValueError, match="no parameter for slider 'y'"):
+        figures.figure("toy.wrong", grid=("x", "y"), x=(0, 1, 1))(lambda canvas, *, x=0, y=0: {})
+
+
+def test_a_picture_without_sliders_has_files_to_save_and_says_in_words_what_it_shows(static):
+    text = show("toy.line", slope=2)._repr_html_()
+    assert 'alt="A line. Drawn for tests, with &lt;angles&gt;."' in text
+    assert 'href="_static/figures/toy.line.pdf"' in text and 'href="_static/figures/toy.line.csv"' in text and "PNG of what is shown" in text
+    assert "data-name" not in text.partition("<script>")[0] and "reset" not in text.partition("<script>")[0]
+
+
+def test_the_words_beside_the_sliders_say_where_they_stand(static, monkeypatch):
+    monkeypatch.setattr(page, "POSITIONS", 5)
+    text = explore("toy.line")._repr_html_()
+    assert 'alt="A line. slope = 1, color = red, title = &lt;a &amp; b&gt;."' in text
+    assert 'aria-valuetext="1"' in text and 'role="status"' in text
+
+
+@given(st.integers(1, 300), st.data(), st.integers(3, 9))
+def test_the_positions_in_the_page_keep_first_last_and_default(count, data, most):
     values, default = list(range(count)), data.draw(st.integers(0, count - 1))
-    chosen = page._spread(values, default)
+    chosen = page._spread(values, default, most)
     assert {0, count - 1, default} <= set(chosen)
-    assert chosen == sorted(set(chosen)) and len(chosen) == min(count, page.POSITIONS)
+    assert chosen == sorted(set(chosen)) and len(chosen) == min(count, most)
 
 
 @pytest.mark.parametrize("id", figures.registry())

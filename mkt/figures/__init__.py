@@ -2,7 +2,8 @@
 
 ``@figure("teuliere2009.fig3", size=(9, 4), span=(0.4, 1.4, 0.1), bins=["hsv", "rgb"])`` registers a drawing function
 ``fig3(canvas, *, span=1.0, bins="hsv", ...)``.  Its *defaults are the paper's values* where the paper prints any, the decorator's keyword
-arguments are the *sliders*: ``(low, high, step)`` for numbers, a list for choices.  The function draws on the
+arguments are the *sliders*: ``(low, high, step)`` for numbers, a list for choices; ``grid=("span", "bins")`` names two that move together where
+every position is drawn beforehand (`mkt.page`).  The function draws on the
 `matplotlib.figure.Figure` it is given and returns the numbers that the picture shows, so that a test can measure what a reader sees.
 """
 
@@ -19,12 +20,13 @@ _REGISTRY = {}
 
 @dataclass(frozen=True)
 class Entry:
-    """A registered figure: its identifier ``paper.name``, its function, the size [inch] and its sliders."""
+    """A registered figure: its identifier ``paper.name``, its function, the size [inch], its sliders, and two of them or none that are one grid."""
 
     id: str
     function: Callable
     size: tuple[float, float]
     sliders: dict
+    grid: tuple = ()
 
     @property
     def defaults(self):
@@ -65,12 +67,12 @@ class Entry:
         return drawn, self.function(drawn, **(self.defaults | parameters))
 
 
-def figure(id, size=(8.0, 4.0), **sliders):
+def figure(id, size=(8.0, 4.0), grid=(), **sliders):
     """Decorator: register a drawing function under ``paper.name`` (see the module's text)."""
 
     def register(function):
-        entry = Entry(id, function, size, sliders)
-        stray = sorted(set(sliders) - set(entry.defaults))
+        entry = Entry(id, function, size, sliders, grid)
+        stray = sorted(set(sliders) - set(entry.defaults) | set(grid) - set(sliders))
         if stray or id in _REGISTRY:
             raise ValueError(f"figure {id}: " + (f"no parameter for slider {stray[0]!r}" if stray else "registered twice"))
         _REGISTRY[id] = entry
