@@ -98,6 +98,19 @@ def _track_arguments(sub):
     sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="video to write: .webm, .mkv (lossless) or .avi; VIDEO-NAME.webm by default")
 
 
+def _labs_arguments(sub):
+    actions = sub.add_subparsers(dest="what", metavar="ACTION", required=True)
+    release = actions.add_parser("release", help="write the students' version of every lab")
+    release.add_argument("-o", "--output", type=Path, default=Path("handout"), metavar="FOLDER", help="where to; ./handout by default")
+    check = actions.add_parser("check", help="run one notebook and explain what its checks found")
+    check.add_argument("path", type=Path, metavar="FILE", help="your notebook")
+    grade = actions.add_parser("grade", help="grade a folder of notebooks, executing them", description="It executes the students' code on this machine, as you.")
+    grade.add_argument("path", type=Path, metavar="FOLDER", help="nbgrader's submitted/, with STUDENT/LAB/LAB.ipynb in it; or STUDENT/LAB.ipynb, or STUDENT_LAB.ipynb")
+    grade.add_argument("-o", "--output", type=Path, default=Path("grades.csv"), metavar="FILE", help="table to write; ./grades.csv by default")
+    for action in (check, grade):
+        action.add_argument("--limit", type=float, default=60, metavar="S", help="seconds that a cell may take; 60 by default")
+
+
 def parse(arguments):
     """Parse a list of command-line words.  Exits with a message when they make no sense, or after --help."""
     top = parser()

@@ -7,7 +7,7 @@ import pytest
 
 from mkt import cli, figures
 
-COMMANDS = ("book", "test", "lab", "figure", "claims", "bench", "data", "strip")
+COMMANDS = ("book", "test", "lab", "figure", "claims", "bench", "data", "labs", "strip")
 FIGURE = "teuliere2009.fig2"
 
 

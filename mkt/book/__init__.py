@@ -25,5 +25,6 @@ def build(folder=BUILD, judge=claims.judge, rank=leaderboard.for_the_book):
 
 
 def strip_all():
-    """Strip every notebook of the book in place.  Returns the paths of those that changed."""
-    return [chapter.notebook for chapter in catalogue.read().chapters if checks.strip_file(chapter.notebook)]
+    """Strip every notebook of the book, and every lab, in place.  Returns the paths of those that changed."""
+    labs = sorted((catalogue.NOTEBOOKS / "labs").glob("*.ipynb"))
+    return [path for path in [*(chapter.notebook for chapter in catalogue.read().chapters), *labs] if checks.strip_file(path)]

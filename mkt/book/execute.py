@@ -73,14 +73,14 @@ async def run(chapter, on_cell=lambda: None):
     Returns the executed notebook; on_cell is called after each code cell.  Raises BookError naming notebook, cell and traceback.
     """
     notebook, cells = strip(nbformat.read(chapter.notebook, 4)), []
-    client = Client(notebook, config=_config(), timeout=None, record_timing=False, shutdown_kernel="immediate",
+    client = Client(notebook, config=config(), timeout=None, record_timing=False, shutdown_kernel="immediate",
                     resources={"metadata": {"path": str(chapter.notebook.parent)}},
                     extra_arguments=["--InlineBackend.figure_formats={'retina'}"],
                     on_cell_start=lambda cell, cell_index: cells.append(cell), on_cell_executed=lambda **_: on_cell())
     limit = asyncio.timeout(chapter.timeout)
     try:
         async with limit:
-            await client.async_execute(env=_environment())
+            await client.async_execute(env=environment())
     except (RuntimeError, CellExecutionError, DeadKernelError, TimeoutError) as error:
         at = f"cell {cells[-1].id}:\n\n{cells[-1].source}\n\n" if cells else ""
         raise BookError(f"{chapter.notebook.name}, {at}{_reason(error, chapter, limit)}") from None
@@ -88,11 +88,12 @@ async def run(chapter, on_cell=lambda: None):
     return notebook
 
 
-def _config():
+def config():
+    """The traitlets Config of a kernel: on this machine by sockets in a folder, where that is possible."""
     return Config() if os.name == "nt" else Config({"KernelManager": {"transport": "ipc"}})
 
 
-def _environment():
+def environment():
     """MPLBACKEND would silently take every figure out of the notebooks, so kernels never see it."""
     return {name: value for name, value in os.environ.items() if name != "MPLBACKEND"} | {"MKT_STATIC": "1"}
 
