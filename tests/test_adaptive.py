@@ -173,7 +173,7 @@ def test_the_modes_follow_the_couple_of_frames_rule():
     state = tracker.init(frame(SCENE, 0), sequence(SCENE).truth[0], np.random.default_rng(0))
     modes = []
     for positives in (10, 9, 9, 10, 9, 9, 9, 10, 11):
-        state, counted = tracker.switched(state, np.where(np.arange(100) < positives, 0.9, 0.1), 0.5)
+        state, counted = tracker.switched(state._replace(limit=0.5), np.where(np.arange(100) < positives, 0.9, 0.1))
         modes.append(state.mode)
         assert counted == positives
     assert modes == [TRACKING] * 6 + [INITIALISING] * 2 + [TRACKING]

@@ -38,13 +38,14 @@ class Model(NamedTuple):
 
 
 class AdaptiveState(NamedTuple):
-    """The model; samples (N, 7) with weights (N,) of sum 1; the `mkt.trackers.appearance.background` (I, m); the last estimate (5,); the mode; for how
-    many frames on end too few samples appeared."""
+    """The model; samples (N, 7) with weights (N,) of sum 1; the `mkt.trackers.appearance.background` (I, m), and the coefficient with the model
+    above which a sample appears; the last estimate (5,); the mode; for how many frames on end too few samples appeared."""
 
     model: Model
     samples: np.ndarray
     weights: np.ndarray
     background: np.ndarray
+    limit: float
     region: np.ndarray
     mode: str
     missing: int
@@ -85,30 +86,32 @@ class Adaptive:
         model, region = self.learn(frame, region), upright(region)
         around = background(self.disc, self.bins(frame), self.bins.m, model.half_axes, without=region)
         samples = self.motion.predict(np.tile([*region[:2], 0, 0, *region[3:], 0], (self.n, 1)), model.half_axes, rng)
-        return AdaptiveState(model, samples, np.full(self.n, 1 / self.n), around, region, TRACKING, 0)
+        return AdaptiveState(model, samples, np.full(self.n, 1 / self.n), around, threshold(around, model.q), region, TRACKING, 0)
 
     def expect(self, frame, model, rng):
         """Start from a known `Model`, before the target is there: a frame of the background.  Returns `AdaptiveState`, initialising."""
         around = background(self.disc, self.bins(frame), self.bins.m, model.half_axes)
         samples = self.place(model, frame.shape, rng)
-        return AdaptiveState(model, samples, np.full(self.n, 1 / self.n), around, as_regions(samples).mean(0), INITIALISING, 0)
+        region = as_regions(samples).mean(0)
+        return AdaptiveState(model, samples, np.full(self.n, 1 / self.n), around, threshold(around, model.q), region, INITIALISING, 0)
 
     def step(self, state, frame, rng):
         """One frame in the mode of the state.  Returns the next state and the info, "lost" while initialising."""
         image, found = self.bins(frame), state.mode == TRACKING
         samples = self.propagate(self.select(state, rng), state.model, rng) if found else self.place(state.model, frame.shape, rng)
         rho = self.observe(image, samples, state.model)
-        limit = threshold(state.background, state.model.q)
-        state, positives = self.switched(state, rho, limit)
-        weights = self.weigh(rho if found else np.where(rho > limit, rho, -np.inf))
-        region, model, seen = state.region, state.model, np.nan
+        state, positives = self.switched(state, rho)
+        weights = self.weigh(rho if found else np.where(rho > state.limit, rho, -np.inf))
+        region, model, limit, seen = state.region, state.model, state.limit, np.nan
         if state.mode == TRACKING:
             region = self.estimate(samples, weights)
             model, seen = self.updated(state.model, image, region)
+        if model is not state.model:
+            limit = threshold(state.background, model.q)
         info = {"region": region, "score": 0.0 if np.isnan(seen) else float(np.exp((seen - 1) / (2 * self.sigma**2))), "lost": state.mode != TRACKING,
-                "rho": seen, "positives": positives, "threshold": limit, "mode": state.mode, "updated": model is not state.model,
+                "rho": seen, "positives": positives, "threshold": state.limit, "mode": state.mode, "updated": model is not state.model,
                 "n_eff": effective_sample_size(weights), "evaluations": self.n + 1, "particles": as_regions(samples), "weights": weights}
-        return state._replace(model=model, samples=samples, weights=weights, region=region), info
+        return state._replace(model=model, samples=samples, weights=weights, limit=limit, region=region), info
 
     def select(self, state, rng):
         """Step 1 of Figure 1: N samples with replacement, by binary search in the cumulative weights.  Returns (N, 7)."""
@@ -138,9 +141,9 @@ class Adaptive:
             model = model._replace(q=(1 - self.alpha) * model.q + self.alpha * p)
         return model, rho
 
-    def switched(self, state, rho, limit):
+    def switched(self, state, rho):
         """The state in its mode after the coefficients (N,) of a frame, and how many samples appear: those above the limit of (15)."""
-        positives = int(np.sum(rho > limit))
+        positives = int(np.sum(rho > state.limit))
         if state.mode == INITIALISING:
             return state._replace(mode=TRACKING if positives > self.b * self.n else INITIALISING, missing=0), positives
         missing = state.missing + 1 if positives < self.b * self.n else 0
@@ -155,8 +158,9 @@ class Adaptive:
 
 def as_regions(samples):
     """The ellipses of samples (..., 7) as regions (..., 5)."""
-    x, y, _, _, hx, hy, _ = np.moveaxis(samples, -1, 0)
-    return np.stack([x, y, np.zeros_like(x), hx, hy], -1)
+    regions = samples[..., [0, 1, 2, 4, 5]]
+    regions[..., 2] = 0
+    return regions
 
 
 def upright(region):

@@ -51,12 +51,14 @@ class Disc:
         return np.concatenate([self._histograms(image, m, regions[k:k + rows]) for k in range(0, len(regions), rows)])
 
     def _histograms(self, image, m, regions):
-        x, y = (regions[:, [c]].astype(np.float32) + regions[:, [h]].astype(np.float32) * p for c, h, p in zip((CX, CY), (HX, HY), self.points))
+        # A product with (place on the disc, 1) needs half the memory of a product and a sum.
+        x, y = (regions[:, [h, c]].astype(np.float32) @ np.stack([p, np.ones_like(p)]) for h, c, p in zip((HX, HY), (CX, CY), self.points))
         labels = cv2.remap(image, x, y, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=m).astype(np.int32)
         rows = np.arange(0, labels.size + 1, labels.shape[1], dtype=np.int32)
         # Unpacking a sparse matrix adds up what falls into one place; np.bincount takes half as long again.
         p = csr_matrix((self.weights(regions).ravel(), labels.ravel(), rows), (len(regions), m + 1)).toarray()[:, :m]
-        return p / np.maximum(p @ np.ones((m, 1), np.float32), 1e-9)
+        p /= np.maximum(p @ np.ones((m, 1), np.float32), 1e-9)
+        return p
 
 
 @dataclass(frozen=True)
