@@ -1,4 +1,5 @@
-"""A track as files: `record` writes the video with what was found drawn into it, and a table beside it, frame by frame.
+"""A track as files: `record` writes the video with what was found drawn into it, and a table beside it, frame by frame; a `Recorder` does
+so for whoever runs the loop.
 
 Green is where the tracker says the target is, dashed red where it says that it lost it.  Only one frame at a time is in memory, and what
 is written up to an interruption can be used.
@@ -6,7 +7,7 @@ is written up to an interruption can be used.
 
 import csv
 import os
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from itertools import chain
 from pathlib import Path
 
@@ -15,7 +16,7 @@ import numpy as np
 from tqdm import tqdm
 
 from mkt.plotting import CURRENT, DESIRED, canvas
-from mkt.regions import corners, from_box, to_box
+from mkt.regions import corners
 from mkt.tracking import follow
 
 CODECS = {".webm": "VP80", ".mkv": "FFV1", ".avi": "MJPG"}
@@ -23,27 +24,6 @@ COLUMNS = ("frame", "cx [px]", "cy [px]", "theta [deg]", "hx [px]", "hy [px]", "
 DASHES = 5  # a side
 BLACK, WHITE = (0, 0, 0), (255, 255, 255)
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500)  # px, of the grid
-
-
-def parse_box(text, frame):
-    """The region (5,) of "x,y,w,h" or "x,y,w,h,angle": upper left corner and size [px] before the rotation about its centre [degrees].
-
-    frame: (H, W, 3), the image it is in.  Raises ValueError naming what is wrong and the remedy.
-    """
-    try:
-        numbers = [float(word) for word in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) not in (4, 5) or not np.isfinite(numbers).all():
-        raise ValueError(f"--box {text}: give four or five numbers x,y,w,h[,angle] without spaces, such as 120,80,60,40 or 120,80,60,40,30")
-    if min(numbers[2:4]) <= 0:
-        raise ValueError(f"--box {text}: its width or height is zero or negative; give x,y,w,h, not two corners")
-    height, width = frame.shape[:2]
-    region = from_box(numbers[:4], np.radians(numbers[4]) if len(numbers) == 5 else 0.0)
-    x, y, w, h = to_box(region)
-    if x >= width or y >= height or x + w <= 0 or y + h <= 0:
-        raise ValueError(f"--box {text}: it lies outside the image of {width}x{height} px; the upper left corner of the image is 0,0")
-    return region
 
 
 def checked_output(output, source):
@@ -58,28 +38,57 @@ def checked_output(output, source):
     return output
 
 
+class Recorder:
+    """The video and the table beside it, which ends in .csv, while they are written; closed when its ``with`` ends.
+
+    output: path that ends as one of `CODECS`; sequence: whose frames will be given; title: a word for the corner.  done: frames so far.
+    Raises OSError when the files cannot be written.
+    """
+
+    def __init__(self, output, sequence, title=""):
+        self.done, self._title, self._files = 0, title, ExitStack()
+        with self._files as opened:
+            self._writer = opened.enter_context(video(output, sequence.frames[0].shape[1::-1], sequence.fps))
+            self._table = csv.writer(opened.enter_context(open(Path(output).with_suffix(".csv"), "w", newline="")))
+            self._table.writerow(COLUMNS)
+            self._files = opened.pop_all()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._files.close()
+
+    def add(self, frame, info):
+        """Write the next frame (H, W, 3) uint8 with its info.  Returns the picture that went into the video, RGB."""
+        picture = annotated(frame, info, f"{self.done} {self._title}")
+        self._table.writerow(row(self.done, info))
+        self.done += 1
+        self._writer.write(picture[..., ::-1])  # last, for an interruption shows after the call that took longest
+        return picture
+
+
+def begun(tracker, sequence, seed=0, start=None):
+    """The infos of `mkt.tracking.follow` with the first one already there, so that a tracker's refusal is raised here and not later."""
+    infos = follow(tracker, sequence, seed, start)
+    return chain([next(infos)], infos)
+
+
 def record(tracker, sequence, output, seed=0, start=None, title=""):
     """Follow the target and write output, and a table with the same name that ends in .csv, as it goes.
 
-    tracker, sequence, seed, start: see `mkt.tracking.follow`; output: path that ends as one of `CODECS`; title: a word for the corner.
+    tracker, sequence, seed, start: see `mkt.tracking.follow`; output, title: see `Recorder`.
     Ctrl-C ends it early.  Returns the number of frames written.  Raises OSError when the files cannot be written; nothing is when the
     tracker refuses the start.
     """
-    infos = follow(tracker, sequence, seed, start)
-    infos = chain([next(infos)], infos)  # the start is learnt before a file is made
-    done = 0
-    with video(output, sequence.frames[0].shape[1::-1], sequence.fps) as writer, open(Path(output).with_suffix(".csv"), "w", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(COLUMNS)
+    infos = begun(tracker, sequence, seed, start)
+    with Recorder(output, sequence, title) as recorder:
         try:
             for frame, info in zip(tqdm(sequence.frames, desc=title, unit="frame", disable=None), infos):
-                image = annotated(frame, info, f"{done} {title}")[..., ::-1]
-                table.writerow(row(done, info))
-                done += 1
-                writer.write(image)  # last, for an interruption shows after the call that took longest
+                recorder.add(frame, info)
         except KeyboardInterrupt:
             pass
-    return done
+    return recorder.done
 
 
 def row(index, info):
