@@ -106,10 +106,10 @@ def draw_map(ax, x, y, z, levels=None, **labels):
 @lru_cache(maxsize=16)
 def bin_colors(bins):
     """The mean colour of each bin of a `ColorBins`, (m, 3) in [0, 1]; bins that no colour reaches are white."""
-    lattice = np.stack(np.meshgrid(*[np.arange(0, 256, 6, dtype=np.uint8)] * 3), -1).reshape(1, -1, 3)
+    lattice = np.stack(np.meshgrid(*[np.arange(0, 256, 6, dtype=np.uint8)] * 3), -1).reshape(43, -1, 3)
     labels = bins(lattice).ravel()
     count = np.bincount(labels, minlength=bins.m)
-    total = np.stack([np.bincount(labels, lattice[0, :, c], bins.m) for c in range(3)], -1)
+    total = np.stack([np.bincount(labels, lattice[..., c].ravel(), bins.m) for c in range(3)], -1)
     return np.where(count[:, None] > 0, total / np.maximum(count, 1)[:, None] / 255, 1.0)
 
 
