@@ -71,10 +71,10 @@ def machine():
 
 
 def environment():
-    """Whether .venv is as it should be, or could be made."""
+    """Whether the environment of this program, or .venv, is as it should be, or could be made."""
     stamp = bootstrap.stamp_of(bootstrap.VENV)
-    if stamp == bootstrap.wanted_stamp():
-        yield Finding(FINE, "environment", f"{bootstrap.VENV.name} is set up")
+    if bootstrap.wanted_stamp() in (stamp, bootstrap.stamp_of(Path(sys.prefix))):
+        yield Finding(FINE, "environment", "set up")
     elif stamp is None and bootstrap.VENV.exists() and any(bootstrap.VENV.iterdir()):
         yield Finding(WRONG, "environment", f"{bootstrap.VENV} was not made by mkt", "move it away or delete it")
     else:

@@ -48,11 +48,24 @@ def test_a_folder_of_data_that_is_not_there(monkeypatch, tmp_path):
 @pytest.mark.parametrize("stamp, state", [(None, doctor.NOTE), ("unfinished", doctor.NOTE), ("old", doctor.NOTE), ("foreign", doctor.WRONG)])
 def test_the_state_of_the_environment(monkeypatch, tmp_path, stamp, state):
     monkeypatch.setattr(bootstrap, "VENV", tmp_path / ".venv")
+    monkeypatch.setattr(doctor.sys, "prefix", str(tmp_path))
     if stamp:
         (tmp_path / ".venv").mkdir()
         (tmp_path / ".venv" / ("something" if stamp == "foreign" else bootstrap.STAMP_NAME)).write_text(stamp)
     found = findings(doctor.environment)["environment"]
     assert found.state == state and found.remedy
+
+
+def test_a_server_whose_environment_is_marked_needs_no_other(monkeypatch, tmp_path):
+    monkeypatch.setattr(bootstrap, "VENV", tmp_path / ".venv")
+    monkeypatch.setattr(doctor.sys, "prefix", str(tmp_path))
+    exec(compile((ROOT / ".binder" / "postBuild").read_text(), "postBuild", "exec"), {})
+    assert findings(doctor.environment)["environment"].state == doctor.FINE
+
+
+def test_the_server_installs_what_the_readme_does():
+    line = (ROOT / ".binder" / "requirements.txt").read_text().split()
+    assert line[0] == "-r" and (ROOT / ".binder" / line[1]).resolve() == ROOT / "environment.txt"
 
 
 def test_every_trouble_has_a_remedy_and_a_code(monkeypatch, capsys):
