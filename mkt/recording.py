@@ -136,7 +136,7 @@ def video(path, size, fps):
     Raises OSError when the file cannot be written.
     """
     codec = cv2.VideoWriter_fourcc(*CODECS[Path(path).suffix.lower()])
-    with _quiet():
+    with quiet():
         writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, codec, fps, size)
     if not writer.isOpened():
         raise OSError(f"{path}: cannot be written; is the folder writable, and is there room?")
@@ -147,8 +147,9 @@ def video(path, size, fps):
 
 
 @contextmanager
-def _quiet():
-    """Nothing on stderr: FFmpeg's C code remarks there that it does not know OpenCV's tag of VP8, and writes it all the same."""
+def quiet():
+    """Nothing on stderr.  FFmpeg's C code remarks there that it does not know OpenCV's tag of VP8, and writes it all the same; OpenCV, that
+    it has found no camera."""
     kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)
     try:
