@@ -25,12 +25,25 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from mkt.kernels import Kernels
-from mkt.regions import warp_matrices
+from mkt.regions import as_regions, checked, warp_matrices
 
 # Two threads help on an idle machine and stall on a busy one; repeated runs use processes instead.
 cv2.setNumThreads(1)
 
 SPACES = {"hsv": (10, 10, 10), "rgb": (8, 8, 8), "hs": (10, 10)}
+MOST_BINS = 65_535  # bin numbers, and one more for what lies outside the image, fit 16 bits
+LONGEST = 32_766  # px a side, and samples: cv2.remap counts with 16 bits and a sign
+FAR = 1e9  # px; beyond it single precision has no places left
+
+
+def checked_frame(frame):
+    """The frame as an array.  Raises ValueError unless it is (H, W, 3) uint8 with at least one pixel, and no side too long for OpenCV."""
+    frame = np.asarray(frame)
+    if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8 or not frame.size:
+        raise ValueError(f"a frame must be (H, W, 3) uint8 RGB with at least one pixel, not {frame.shape} {frame.dtype}; convert it first")
+    if max(frame.shape) > LONGEST:
+        raise ValueError(f"a frame of {frame.shape[1]}x{frame.shape[0]} px is too large; scale it down to at most {LONGEST} px a side")
+    return frame
 
 
 @dataclass(frozen=True)
@@ -55,6 +68,11 @@ class ColorBins:
         needed = len(SPACES[self.space])
         if self.counts is not None and (len(self.counts) != needed or not all(1 <= c <= 64 for c in self.counts)):
             raise ValueError(f"counts is {self.counts}; {self.space} takes {needed} numbers from 1 to 64")
+        if self.m > MOST_BINS:
+            raise ValueError(f"counts is {self.counts}, which makes {self.m} bins; take fewer, at most {MOST_BINS} in all")
+        for field in ("s_min", "v_min"):
+            if not 0 <= getattr(self, field) <= 1:
+                raise ValueError(f"{field} is {getattr(self, field)}; it must lie between 0 and 1")
 
     @property
     def _counts(self):
@@ -86,9 +104,7 @@ class ColorBins:
 
     def __call__(self, frame):
         """frame (H, W, 3) uint8 RGB -> (H, W) bin numbers in 0 ... m - 1.  Raises ValueError for any other shape or type."""
-        frame = np.asarray(frame)
-        if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8:
-            raise ValueError(f"a frame must be (H, W, 3) uint8 RGB, not {frame.shape} {frame.dtype}")
+        frame = checked_frame(frame)
         channels = cv2.split(frame if self.space == "rgb" else cv2.cvtColor(frame, cv2.COLOR_RGB2HSV))
         looked_up = [cv2.LUT(channel, table) for channel, table in zip(channels, self._tables)]
         if self.space == "hsv":
@@ -103,8 +119,10 @@ def histograms(image, m, kernels, regions):
     image: (H, W) bin numbers below m, from `ColorBins`; m: number of bins; kernels: `Kernels`; regions: (N, 5) [px, rad].
     Returns (N, J, m) float32.  Each (n, j) sums to 1.  Samples outside the image count for nothing; a kernel with all of its
     samples outside gives zeros, hence the coefficient 0.  A region that is not finite lies outside everything.
+    Raises ValueError for an image that is not one of m bins, regions of another shape, or more samples than OpenCV can look up.
     """
-    regions = np.atleast_2d(np.asarray(regions, float))
+    _check(image, m, kernels)
+    regions = as_regions(regions).reshape(-1, 5)
     count = _weighted if kernels.parts is None else _counted
     q = np.empty((len(regions), len(kernels.weights), m), np.float32)
     rows, matrices = _chunk(kernels), _finite_matrices(regions)
@@ -113,6 +131,16 @@ def histograms(image, m, kernels, regions):
         count(_look_up(image, m, kernels, matrices[start:start + rows]), m, kernels, part)
         part /= np.maximum(part @ np.ones((m, 1), np.float32), 1e-9)  # the product is three times as fast as sum(-1)
     return q
+
+
+def _check(image, m, kernels):
+    """A number beyond m would be counted in foreign memory."""
+    if not (isinstance(image, np.ndarray) and image.ndim == 2 and image.size and max(image.shape) <= LONGEST and image.dtype in (np.uint8, np.uint16)):
+        raise ValueError(f"image must be (H, W) bin numbers, uint8 or uint16, from 1 to {LONGEST} px a side; make it from a frame with ColorBins")
+    if not image.max() < m <= np.iinfo(image.dtype).max:
+        raise ValueError(f"m is {m}, but the image has bin numbers up to {image.max()}, as {image.dtype}; give the m of the ColorBins that made it")
+    if len(kernels.points) > LONGEST:
+        raise ValueError(f"samples is {kernels.samples}, too many; take at most {LONGEST}")
 
 
 def _chunk(kernels):
@@ -128,10 +156,11 @@ def sample(image, m, kernels, region):
 
 
 def _finite_matrices(regions):
-    """The maps (N, 2, 3) from canonical points to the image; what is not finite goes far outside."""
+    """The maps (N, 2, 3) from canonical points to the image; what is not finite, or nearly so, goes far outside."""
     matrices = warp_matrices(regions)
-    if not np.isfinite(matrices).all():
-        matrices[~np.isfinite(matrices)] = -1e6
+    near = np.abs(matrices) < FAR
+    if not near.all():
+        matrices[~near] = -1e6
     return matrices.astype(np.float32)
 
 
@@ -219,8 +248,10 @@ class Target(NamedTuple):
 def learn(image, region, bins, kernels):
     """Take the object inside a region (5,) as the reference.  image: (H, W) bins of the frame.  Returns a `Target`.
 
-    Raises ValueError where a kernel sees nothing of the image, since such a part could never be found again.
+    Raises ValueError for a region that is not finite or has no area, and where a kernel sees nothing of the image, since such a part could
+    never be found again.
     """
+    region = checked(region)
     fitted = kernels.fitted(region)
     q = histograms(image, bins.m, fitted, region)[0]
     if not q.any(-1).all():

@@ -57,7 +57,7 @@ class Kernels:
 
     def fitted(self, region):
         """The same configuration for an object of the aspect of `region` (5,), arrays shared between equal ones."""
-        return _shared(replace(self, aspect=round(float(region[HX] / region[HY]), 6)))
+        return _shared(replace(self, aspect=max(round(float(region[HX] / region[HY]), 6), 1e-6)))
 
     @property
     def half_sides(self):
@@ -90,7 +90,8 @@ class Kernels:
         points = _pixel_grid(self.samples, self.aspect)
         weights = self.weigh(points * self.half_sides)
         if not weights.any(1).all():
-            raise ValueError(f"a kernel covers no sample: raise span ({self.span:g}) or samples ({self.samples})")
+            raise ValueError(f"a kernel covers no sample of an object of aspect {self.aspect:g}: raise span ({self.span:g}) or samples ({self.samples}), "
+                             "or choose a less narrow region")
         order = _interleaved(weights)
         return points[order], np.ascontiguousarray(weights[:, order] / weights.sum(1, keepdims=True))
 
@@ -146,7 +147,7 @@ _shared = lru_cache(maxsize=64)(lambda kernels: kernels)
 
 def _pixel_grid(samples, aspect):
     """Centres of about `samples` equal cells, square on an object of that aspect.  Returns (n, 2) canonical."""
-    nx = max(round((samples * aspect) ** 0.5), 1)
+    nx = round(min(max((samples * aspect) ** 0.5, 1), samples))
     ny = max(round(samples / nx), 1)
     x, y = np.meshgrid((2 * np.arange(nx) + 1) / nx - 1, (2 * np.arange(ny) + 1) / ny - 1)
     return np.stack([x.ravel(), y.ravel()], -1)

@@ -138,13 +138,13 @@ def systematic(weights, rng):
 def residual(weights, rng):
     """floor(N w_i) copies for certain, the rest drawn from what the rounding left over."""
     n = len(weights)
-    certain = np.floor(n * np.asarray(weights) + 1e-9).astype(int)
+    certain = np.floor(n * _checked(weights) + 1e-9).astype(int)
     left = n * np.asarray(weights) - certain
     copies = np.repeat(np.arange(n), certain)
     missing = n - len(copies)
     if missing == 0:
         return copies
-    return np.concatenate([copies, _search(np.maximum(left, 0) / np.maximum(left, 0).sum(), rng.random(missing))])
+    return np.concatenate([copies, _search(np.maximum(left, 0), rng.random(missing))])
 
 
 SCHEMES = {"multinomial": multinomial, "stratified": stratified, "systematic": systematic, "residual": residual}
@@ -152,5 +152,14 @@ SCHEMES = {"multinomial": multinomial, "stratified": stratified, "systematic": s
 
 def _search(weights, positions):
     """The particle whose share of the cumulative weights each position in [0, 1) falls into."""
-    cumulative = np.cumsum(weights)
-    return np.searchsorted(cumulative / cumulative[-1], positions, side="right")
+    cumulative = np.cumsum(_checked(weights))
+    below = np.minimum(positions, np.nextafter(1, 0))  # (n - 1 + u) / n may be rounded to 1
+    return np.searchsorted(cumulative / cumulative[-1], below, side="right")
+
+
+def _checked(weights):
+    """The weights (N,) as an array.  Raises ValueError where they are no distribution, from which nothing can be drawn."""
+    weights = np.asarray(weights, float)
+    if not (weights.size and weights.min() >= 0 and 0 < weights.sum() < np.inf):
+        raise ValueError("weights must not be negative, nor all zero, nor NaN; make them of sum 1 with `normalised`, from their logarithms")
+    return weights

@@ -20,6 +20,26 @@ CX, CY, THETA, HX, HY = range(5)
 _CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
+def as_regions(regions):
+    """Regions as float64 (..., 5).  Raises ValueError for any other shape."""
+    regions = np.asarray(regions, float)
+    if regions.shape[-1:] != (5,):
+        raise ValueError(f"regions must have the shape (..., 5), each (cx, cy, theta, hx, hy), not {regions.shape}")
+    return regions
+
+
+def checked(region):
+    """The region (5,) that a tracker is to start on, as float64.  Raises ValueError where it is not one, is not finite, or has no area."""
+    region = as_regions(region)
+    if region.shape != (5,):
+        raise ValueError(f"one region (cx, cy, theta, hx, hy) is needed, not an array of the shape {region.shape}")
+    if not np.isfinite(region).all():
+        raise ValueError(f"the region {region} is not finite; give five numbers (cx, cy, theta, hx, hy)")
+    if (region[HX:] <= 0).any():
+        raise ValueError(f"the region {region} has no area; its half axes hx and hy must be positive")
+    return region
+
+
 def rotation(theta):
     """Rotation matrices R(theta), clockwise on the screen.
 
@@ -34,7 +54,7 @@ def warp_matrices(regions):
 
     regions: (..., 5) [px, rad].  Returns (..., 2, 3), so that ``A @ (px, py, 1)`` is the image point [px].
     """
-    regions = np.asarray(regions, float)
+    regions = as_regions(regions)
     c, s = np.cos(regions[..., THETA]), np.sin(regions[..., THETA])
     hx, hy = regions[..., HX], regions[..., HY]
     matrices = np.empty((*regions.shape[:-1], 2, 3))  # filled in place: an optimiser warps one region in every step
@@ -58,7 +78,7 @@ def unwarp(regions, points):
 
     regions: (..., 5) [px, rad] with positive half axes; points: (..., n, 2) [px].  Returns (..., n, 2) canonical.
     """
-    regions = np.asarray(regions, float)
+    regions = as_regions(regions)
     centred = np.asarray(points) - regions[..., None, :2]
     return centred @ rotation(regions[..., THETA]) / regions[..., None, HX:]
 
@@ -76,7 +96,7 @@ def area(regions):
 
     regions: (..., 5) [px, rad].  Returns (...) [px^2].
     """
-    regions = np.asarray(regions, float)
+    regions = as_regions(regions)
     return 4 * regions[..., HX] * regions[..., HY]
 
 

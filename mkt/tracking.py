@@ -63,8 +63,21 @@ class Track(NamedTuple):
     info: dict[str, list]
 
 
+def check_counts(tracker, *fields):
+    """Raise ValueError naming the first of these fields of a tracker that is not a whole number of at least 1."""
+    for field in fields:
+        value = getattr(tracker, field)
+        if not (isinstance(value, (int, np.integer)) and value >= 1):
+            raise ValueError(f"{field} is {value!r}; it must be a whole number, at least 1")
+
+
 def report(region, distance, lost_above, **more):
-    """The info of a step: the estimate (5,), its likelihood exp(-20 d^2) with lambda as printed in [T09], whether it is lost, and more."""
+    """The info of a step: the estimate (5,), its likelihood exp(-20 d^2) with lambda as printed in [T09], whether it is lost, and more.
+
+    Raises ValueError for an estimate that is not finite, which no later step could mend.
+    """
+    if not np.isfinite(region).all():
+        raise ValueError(f"the estimate {region} is not finite; check the state and the tracker's motion, and start it again with init")
     return {"region": region, "score": float(np.exp(-20 * distance**2)), "distance": float(distance), "lost": bool(distance > lost_above), **more}
 
 

@@ -16,17 +16,21 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
-from mkt.regions import HX, HY, THETA, corners, from_box, to_box
+from mkt.histograms import checked_frame
+from mkt.regions import HX, HY, THETA, checked, corners, from_box, to_box
+from mkt.tracking import check_counts
 
 SMALLEST = 8  # px; in a box of 4 OpenCV's MIL looks for a feature for ever
 STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 1)  # steps, px
+FAR = 1e4  # px beyond which OpenCV is not asked to draw
 
 
 class MILState(NamedTuple):
-    """OpenCV's tracker, which every step changes; the last estimate (5,)."""
+    """OpenCV's tracker, which every step changes; the last estimate (5,); the shape (H, W, 3) that all frames must have."""
 
     tracker: Any
     region: np.ndarray
+    shape: tuple[int, int, int]
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,8 @@ class MIL:
 
     def init(self, frame, region, rng):
         """Learn the upright box round the region.  Returns `MILState`.  Raises ValueError when OpenCV cannot learn from it."""
-        box = _window(frame, region)
+        frame = checked_frame(frame)
+        box = _window(frame, checked(region))
         if min(box[2:]) < SMALLEST:
             raise ValueError(f"the box has {box[2]}x{box[3]} px inside the image, but MIL needs {SMALLEST}x{SMALLEST}; choose a larger one")
         # The features are drawn by the C library's rand(), all else by OpenCV's generator.
@@ -51,10 +56,13 @@ class MIL:
             tracker.init(frame, box)
         except cv2.error:
             raise ValueError(f"MIL cannot learn from the box {box}: it needs background round it; choose a smaller one") from None
-        return MILState(tracker, from_box(box))
+        return MILState(tracker, from_box(box), frame.shape)
 
     def step(self, state, frame, rng):
-        """Let OpenCV find the box; NaN for the score and the cost, of which it does not tell."""
+        """Let OpenCV find the box; NaN for the score and the cost, of which it does not tell.  Raises ValueError for a frame of another size."""
+        frame = checked_frame(frame)
+        if frame.shape != state.shape:  # in a smaller one OpenCV asks for endless memory
+            raise ValueError(f"the frame has the shape {frame.shape}, but MIL was started on {state.shape}; bring all frames to one size")
         cv2.setRNGSeed(int(rng.integers(2**31)))
         found, box = state.tracker.update(frame)
         region = from_box(box) if found else state.region
@@ -77,6 +85,8 @@ class MeanShift:
 
     bins: of hue; s_min, v_min: saturation and value [0, 255] below which a pixel counts as having no hue.
     lost_below: the share of the first look's score below which the target is said to be lost.
+
+    Raises ValueError naming the field.
     """
 
     bins: int = 16
@@ -84,11 +94,15 @@ class MeanShift:
     v_min: int = 32
     lost_below: float = 0.3  # ours
 
+    def __post_init__(self):
+        check_counts(self, "bins")
+
     def init(self, frame, region, rng):
         """Learn the hues inside the region.  Returns `ShiftState`.  Raises ValueError when it has none, or lies outside the image."""
-        region, window = np.asarray(region, float), _window(frame, region)
+        frame, region = checked_frame(frame), checked(region)
+        window = _window(frame, region)
         hsv = cv2.cvtColor(frame, cv2.COLOR_RGB2HSV)
-        inside = cv2.fillConvexPoly(np.zeros(frame.shape[:2], np.uint8), np.rint(corners(region)).astype(np.int32), 255)
+        inside = cv2.fillConvexPoly(np.zeros(frame.shape[:2], np.uint8), np.rint(corners(region)).clip(-FAR, FAR).astype(np.int32), 255)
         hues = cv2.calcHist([hsv], [0], inside & self._colorful(hsv), [self.bins], [0, 180]).ravel()
         if not hues.any():
             raise ValueError("the box has no colourful pixel, but MeanShift and CamShift go by hue; choose another box or another tracker")
@@ -97,7 +111,7 @@ class MeanShift:
 
     def step(self, state, frame, rng):
         """Shift the window.  The cost is the number of windows looked at, as far as OpenCV tells it."""
-        projection = self._projection(frame, state.hues)
+        projection = self._projection(checked_frame(frame), state.hues)
         window, region, evaluations = self._search(projection, state)
         score = _mean(projection, window)
         info = {"region": region, "score": score, "lost": bool(score < self.lost_below * state.first), "evaluations": evaluations}
@@ -140,9 +154,9 @@ def _window(frame, region):
 
 
 def _mean(projection, window):
-    """Mean of the back-projection in a window, in [0, 1]."""
+    """Mean of the back-projection in a window, in [0, 1]; what of the window lies outside the image counts as improbable."""
     x, y, w, h = window
-    return float(projection[y:y + h, x:x + w].mean() / 255)
+    return float(projection[y:y + h, x:x + w].sum() / (255 * w * h))
 
 
 def _like(region, theta):

@@ -23,7 +23,8 @@ import numpy as np
 from mkt.histograms import ColorBins, Target, learn
 from mkt.kernels import Kernels
 from mkt.particles import Motion, Particles
-from mkt.tracking import report
+from mkt.regions import checked
+from mkt.tracking import check_counts, report
 from mkt.trackers.light import Light, first_light, followed, relit
 from mkt.trackers.ssd import minimise
 
@@ -45,6 +46,8 @@ class Guided:
     n, coarse: the particles and the kernels they are compared with; renewed: chance of a particle to begin anew at the estimate.
     fine, steps: the kernels of the optimiser, a pass each, and its steps a pass; starts: best particles that it may start from.
     found, seen: the distance below which no further start is tried, and that below which the target counts as seen.
+
+    Raises ValueError naming the field.
     """
 
     n: int = 200
@@ -58,9 +61,14 @@ class Guided:
     motion: Motion = Motion(position=0.1)
     bins: ColorBins = ColorBins()
 
+    def __post_init__(self):
+        check_counts(self, "n", "steps")
+        if not self.fine:
+            raise ValueError("fine is empty; give the optimiser at least one Kernels")
+
     def init(self, frame, region, rng):
         """Learn the references.  Returns `GuidedState`."""
-        image, region = self.bins(frame), np.asarray(region, float)
+        image, region = self.bins(frame), checked(region)
         targets = tuple(learn(image, region, self.bins, kernels) for kernels in (self.coarse, *self.fine))
         return GuidedState(self.motion.scatter(region, self.n, rng), targets, first_light(targets[-1], frame, region), region, np.zeros(2))
 

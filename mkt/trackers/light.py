@@ -10,7 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from mkt.histograms import Target, coefficient
+from mkt.histograms import Target, checked_frame, coefficient
 from mkt.regions import warp_matrices
 from mkt.trackers.ssd import count, template
 
@@ -31,8 +31,8 @@ def first_light(target, frame, region):
 
 
 def relit(frame, gains):
-    """A frame, or any pixels (H, W, 3) uint8, as they would be under gains of 1."""
-    return cv2.LUT(frame, np.clip(np.arange(256)[:, None, None] / gains, 0, 255).astype(np.uint8))
+    """A frame, or any pixels (H, W, 3) uint8, as they would be under gains of 1.  Raises ValueError for any other shape or type."""
+    return cv2.LUT(checked_frame(frame), np.clip(np.arange(256)[:, None, None] / gains, 0, 255).astype(np.uint8))
 
 
 def followed(light, frame, region, rate=0.3):

@@ -14,7 +14,7 @@ import numpy as np
 from mkt.histograms import ColorBins, Target, learn, log_likelihood
 from mkt.kernels import Kernels
 from mkt.particles import SCHEMES, Motion, Particles, effective_sample_size, mean_region, normalised
-from mkt.tracking import report
+from mkt.tracking import check_counts, report
 
 
 class FilterState(NamedTuple):
@@ -30,6 +30,8 @@ class ParticleFilter:
 
     n: number of particles; kernels: nine constant tiles, or any other; lam, combine: see `mkt.histograms.log_likelihood`.
     motion: the prediction; scheme: how to resample.  lost_above: the distance d_m beyond which the target is said to be lost.
+
+    Raises ValueError naming the field.
     """
 
     n: int = 500  # printed, Section VI-A; 75 for the small filter
@@ -40,6 +42,14 @@ class ParticleFilter:
     scheme: str = "multinomial"  # "random weighted draw"
     bins: ColorBins = ColorBins()
     lost_above: float = 0.65
+
+    def __post_init__(self):
+        check_counts(self, "n")
+        for field, value, known in (("scheme", self.scheme, SCHEMES), ("combine", self.combine, ("sum", "mean"))):
+            if value not in known:
+                raise ValueError(f"{field} is {value!r}; it must be one of {', '.join(known)}")
+        if not 0 <= self.lam < np.inf:
+            raise ValueError(f"lam is {self.lam}; it must be finite, and not negative")
 
     def init(self, frame, region, rng):
         """Learn the reference and scatter particles round it.  Returns `FilterState`."""

@@ -19,7 +19,8 @@ import numpy as np
 
 from mkt.histograms import ColorBins, Target, coefficient, distance, learn, sample
 from mkt.kernels import Kernels
-from mkt.tracking import report
+from mkt.regions import checked
+from mkt.tracking import check_counts, report
 
 
 EMPTY = 1e-6  # bins with less than this carry no first-order information: their rows of J_U are zero
@@ -119,6 +120,8 @@ class SSD:
     kernels: nine Epanechnikov kernels, (10) of [T09]; spans: factors on their span, from coarse to fine, one pass each (the paper has one).
     iterations: steps a pass, at most; the paper says "a few".  derivative_of_c: see `differentiate`.
     lost_above: the distance d_m beyond which the target is said to be lost.  sizes: bounds on its size against the first frame.
+
+    Raises ValueError naming the field.
     """
 
     kernels: Kernels = Kernels("3x3")
@@ -129,11 +132,18 @@ class SSD:
     lost_above: float = 0.65
     sizes: tuple[float, float] = (0.3, 3.0)
 
+    def __post_init__(self):
+        check_counts(self, "iterations")
+        if not self.spans:
+            raise ValueError("spans is empty; give at least one factor on the kernels' span, such as 1")
+        if not 0 < self.sizes[0] <= self.sizes[1] < np.inf:
+            raise ValueError(f"sizes is {self.sizes}; give a smaller and a larger positive factor")
+
     def init(self, frame, region, rng):
         """Learn the reference at every span.  Returns `SSDState`."""
-        image = self.bins(frame)
+        image, region = self.bins(frame), checked(region)
         targets = tuple(learn(image, region, self.bins, replace(self.kernels, span=span)) for span in self.spans)
-        return SSDState(targets, np.asarray(region, float), np.sqrt(region[3] * region[4]))
+        return SSDState(targets, region, np.sqrt(region[3] * region[4]))
 
     def step(self, state, frame, rng):
         """Minimise from the last estimate."""
