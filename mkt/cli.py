@@ -24,10 +24,11 @@ def parser():
                    "Opens JupyterLab on the folder notebooks/ in your browser; Ctrl-C ends it.  Everything after `lab` is handed to it.",
                    "lab", "lab --no-browser --port 9000")
     lab.usage = "python3 -m mkt lab [-h] [JUPYTERLAB ARGUMENT ...]"
-    _figure_arguments(_command(commands, "figure", run_figure, "draw one figure into a file",
-                               "Draws a registered figure with its defaults, or your values.",
-                               "figure --list", "figure teuliere2009.fig3 -o fig3.pdf",
-                               "figure teuliere2009.fig3 -o wide.png --set span=1.2 bins=rgb"))
+    _figure_arguments(_command(commands, "figure", run_figure, "draw one figure into a file, or all",
+                               "Draws a registered figure with its defaults, or your values; or writes its curves as a table.  Parameters, versions and data\n"
+                               "are in the file: a PDF's properties, a PNG's text, an SVG's metadata, the first lines of a CSV.",
+                               "figure --list", "figure teuliere2009.fig6 --list", "figure teuliere2009.fig3 -o fig3.pdf",
+                               "figure teuliere2009.fig6 -o fig6.csv --set particles=100 --set seed=1", "figure --all -o figures --format pdf"))
     _claims_arguments(_command(commands, "claims", run_claims, "put the papers' claims to the test",
                                "Runs the trackers over many seeds, on all cores, and judges each claim; runs that are known are not done again.",
                                "claims", "claims T09-c T09-d --seeds 48", "claims -o claims.csv"))
@@ -69,9 +70,11 @@ def _command(commands, name, action, summary, text, *examples):
 
 def _figure_arguments(sub):
     sub.add_argument("id", nargs="?", metavar="ID", help="paper and figure, such as teuliere2009.fig3")
-    sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to write; .png, .pdf or .svg")
-    sub.add_argument("--set", nargs="+", default=[], metavar="NAME=VALUE", help="parameters that differ from the defaults")
+    sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to write: .png, .pdf, .svg, or .csv for a table of its curves; with --all a folder")
+    sub.add_argument("--set", nargs="+", action="extend", default=[], metavar="NAME=VALUE", help="parameters that differ from the defaults")
     sub.add_argument("--list", action="store_true", help="list the figures, or with ID its parameters, and stop")
+    sub.add_argument("--all", action="store_true", help="draw every figure with its defaults, into the folder FILE (two or three minutes)")
+    sub.add_argument("--format", choices=["png", "pdf", "svg", "csv"], help="what to write with --all; png by default")
 
 
 def _claims_arguments(sub):
@@ -120,8 +123,8 @@ def parse(arguments):
     args, rest = top.parse_known_args(arguments)
     if rest and args.command not in HANDING_ON:
         top.error(f"unrecognized arguments: {' '.join(rest)}")
-    if args.command == "figure" and not args.list and not (args.id and args.output):
-        top.error("figure needs an ID and -o FILE; `python3 -m mkt figure --list` lists the figures")
+    if args.command == "figure" and not args.list:
+        _one_or_all(top, args)
     if args.command == "bench" and args.what == "core" and (args.seeds is not None or args.output):
         top.error("--seeds and -o go with `bench tracking`")
     if args.command == "track":
@@ -136,6 +139,14 @@ def _agree(top, args):
         top.error("track needs a VIDEO, or --settings FILE")
     if args.settings and (args.box, args.tracker, args.particles, args.seed) != (None, "guided", None, 0):
         top.error("--settings says box, tracker, particles and seed; leave these out, or change them in a copy of the file")
+
+
+def _one_or_all(top, args):
+    """Ends the program where the words after `figure` ask for neither one figure nor all, or for both."""
+    if not args.output or bool(args.id) == args.all:
+        top.error("figure needs an ID and -o FILE, or --all and -o FOLDER; `python3 -m mkt figure --list` lists the figures")
+    if args.all and args.set or args.format and not args.all:
+        top.error("--set goes with one figure, --format with --all; one figure's format is the ending of its file")
 
 
 def run(args):
@@ -169,54 +180,21 @@ def run_lab(args):
 
 
 def run_figure(args):
-    """Draw one figure, or list what there is."""
-    from mkt import figures
+    """Draw one figure or all of them into files, or list what there is."""
+    from mkt import export, figures
+    from mkt.figures import words
 
     try:
         if args.list:
-            return print(_listing(figures, args.id))
-        entry = figures.get(args.id)
-        canvas, _ = entry.draw(dpi=200, **_parameters(entry, args.set))
-        canvas.savefig(args.output)
+            return print(words.listing(args.id))
+        if args.all:
+            export.write_all(figures.registry().values(), args.output, args.format or "png")
+        else:
+            entry = figures.get(args.id)
+            export.write(entry, args.output, words.parameters(entry, args.set))
     except (KeyError, ValueError, OSError) as error:
         sys.exit(f"mkt figure: {error.args[0] if isinstance(error, KeyError) else error}")
     print(args.output)
-
-
-def _listing(figures, id):
-    if id is None:
-        return "\n".join(f"{entry.id:24} {entry.title}" for entry in figures.registry().values())
-    entry = figures.get(id)
-    rows = [f"  {name}={value}" + (f"    one of {', '.join(map(str, entry.values(name)))}" if name in entry.sliders else "")
-            for name, value in entry.defaults.items()]
-    return "\n".join([f"{entry.id}: {entry.title}", *rows])
-
-
-def _parameters(entry, assignments):
-    """{name: value} from ``name=value`` words, each value of the type of the paper's.  Raises ValueError naming what is wrong."""
-    result = {}
-    for word in assignments:
-        name, equals, text = word.partition("=")
-        if not equals:
-            raise ValueError(f"{word!r} is not NAME=VALUE")
-        if name not in entry.defaults:
-            raise ValueError(f"{entry.id} has no parameter {name!r}; it takes {', '.join(entry.defaults)}")
-        result[name] = _value(entry, name, text)
-    return result
-
-
-def _value(entry, name, text):
-    choices = entry.sliders.get(name)
-    if isinstance(choices, list):
-        found = [choice for choice in choices if str(choice) == text]
-        if not found:
-            raise ValueError(f"{name}={text}: choose from {', '.join(map(str, choices))}")
-        return found[0]
-    kind = type(entry.defaults[name])
-    try:
-        return kind(text) if kind in (int, float) else text
-    except ValueError:
-        raise ValueError(f"{name}={text}: not a number of type {kind.__name__}") from None
 
 
 def run_claims(args):

@@ -21,6 +21,7 @@ from matplotlib.patches import StepPatch
 from matplotlib.ticker import FixedFormatter
 from mpl_toolkits.mplot3d.art3d import Line3D, Poly3DCollection
 from PIL import Image
+from tqdm import tqdm
 
 import mkt
 from mkt import archives
@@ -47,11 +48,25 @@ def checked(path):
 def write(entry, path, parameters):
     """Draw an `mkt.figures.Entry` with its defaults, but for the parameters, into a file of the format that its ending names.
 
-    Raises ValueError for another ending or an unknown parameter, FileNotFoundError for a missing folder, and OSError.
+    Raises ValueError for another ending, an unknown parameter or one that leaves nothing to draw, FileNotFoundError for a missing folder, and OSError.
     """
     path = checked(path)
-    canvas, numbers = entry.draw(SHARP_DPI, **parameters)
+    try:
+        canvas, numbers = entry.draw(SHARP_DPI, **parameters)
+    except (ValueError, IndexError, ArithmeticError) as error:
+        values = ", ".join(f"{name}={value}" for name, value in parameters.items()) or "its defaults"
+        raise ValueError(f"{entry.id} cannot be drawn with {values}: {error}") from error
     save(canvas, numbers, path, facts(entry, parameters))
+
+
+def write_all(entries, folder, format):
+    """Draw figures with their defaults into folder/ID.format, a progress bar above.  Raises OSError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OSError(f"{folder} cannot be made a folder: {error.strerror}") from error
+    for entry in tqdm(entries, desc="figures", unit="figure", disable=None):
+        write(entry, folder / f"{entry.id}.{format}", {})
 
 
 def facts(entry, parameters):

@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from mkt import cli, figures
+from mkt.figures.words import parameters
 
 COMMANDS = ("book", "test", "lab", "figure", "claims", "bench", "data", "labs", "strip")
 FIGURE = "teuliere2009.fig2"
@@ -45,7 +46,7 @@ def test_arguments_after_test_and_lab_are_handed_on_in_order():
     assert cli.parse(["lab", "--no-browser"]).rest == ["--no-browser"]
 
 
-@pytest.mark.parametrize("ending, magic", [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])
+@pytest.mark.parametrize("ending, magic", [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml"), ("csv", b"# Title: teuliere2009.fig2")])
 def test_figure_writes_the_format_of_the_ending(tmp_path, ending, magic):
     path = tmp_path / f"figure.{ending}"
     assert not cli.run(cli.parse(["figure", FIGURE, "-o", str(path), "--set", "span=0.8", "layout=2x2"]))
@@ -58,8 +59,11 @@ def test_figure_writes_the_format_of_the_ending(tmp_path, ending, magic):
     ([FIGURE, "-o", "x.png", "--set", "span"], "'span' is not NAME=VALUE"),
     ([FIGURE, "-o", "x.png", "--set", "span=wide"], "not a number of type float"),
     ([FIGURE, "-o", "x.png", "--set", "layout=5x5"], "choose from one, 2x2, 3x3"),
-    ([FIGURE, "-o", "x.nonsense"], "not supported"),
-    ([FIGURE, "-o", "no/such/folder/x.png"], "No such file or directory"),
+    ([FIGURE, "-o", "x.nonsense"], "x.nonsense: the ending says what to write; take one of .png, .pdf, .svg, .csv"),
+    ([FIGURE, "-o", "no/such/folder/x.png"], "no folder no/such/folder for x.png; make it first"),
+    (["--all", "-o", f"{__file__}/x"], "x cannot be made a folder: Not a directory"),
+    (["teuliere2009.fig8", "-o", "x.png", "--set", "frame=999", "features=exact"], "has no parameter 'features'"),
+    (["own.resampling", "-o", "x.png", "--set", "n=0"], "own.resampling cannot be drawn with n=0: "),
 ])
 def test_a_wrong_figure_is_answered_in_a_sentence(words, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -67,6 +71,32 @@ def test_a_wrong_figure_is_answered_in_a_sentence(words, said, tmp_path, monkeyp
         cli.run(cli.parse(["figure", *words]))
     assert said in stopped.value.code
     assert not list(tmp_path.iterdir())
+
+
+def test_figure_takes_set_once_or_often_and_numbers_between_the_positions():
+    words = ["--set", "particles=100", "threshold=0.5"], ["--set", "n=100", "--set", "threshold=0.5"]
+    for each in words:
+        args = cli.parse(["figure", "teuliere2009.fig6", "-o", "x.pdf", *each])
+        assert parameters(figures.get(args.id), args.set) == {"particles": 100, "threshold": 0.5}
+    assert parameters(figures.get("teuliere2009.fig10"), ["fps=7.5", "compensation=off"]) == {"fps": 7.5, "compensation": "off"}
+    assert parameters(figures.get("nummiaro2003.fig8"), ["turns=False"]) == {"turns": False}
+
+
+@pytest.mark.parametrize("words, said", [
+    (["--all"], "--all and -o FOLDER"), ([FIGURE, "--all", "-o", "x"], "--all and -o FOLDER"), ([FIGURE], "an ID and -o FILE"),
+    (["--all", "-o", "x", "--set", "a=1"], "--set goes with one figure"), ([FIGURE, "-o", "x.png", "--format", "pdf"], "--format with --all"),
+])
+def test_figure_is_asked_for_one_or_for_all(words, said, capsys):
+    with pytest.raises(SystemExit):
+        cli.parse(["figure", *words])
+    assert said in capsys.readouterr().err
+
+
+def test_figure_all_writes_every_figure(tmp_path, monkeypatch):
+    known = figures.registry()
+    monkeypatch.setattr(figures, "registry", lambda: {id: known[id] for id in ("own.root_locus", FIGURE)})
+    cli.run(cli.parse(["figure", "--all", "-o", str(tmp_path / "new" / "folder"), "--format", "pdf"]))
+    assert {path.name for path in (tmp_path / "new" / "folder").iterdir()} == {"own.root_locus.pdf", f"{FIGURE}.pdf"}
 
 
 def test_figure_list_names_every_figure_and_every_parameter(capsys):
