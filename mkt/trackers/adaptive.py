@@ -12,6 +12,8 @@ import numpy as np
 
 from mkt.histograms import ColorBins, coefficient
 from mkt.particles import EllipseMotion, effective_sample_size, multinomial, normalised
+from mkt.regions import checked
+from mkt.tracking import check_counts
 from mkt.trackers.appearance import background, place, threshold
 from mkt.trackers.ellipses import Disc
 
@@ -72,6 +74,11 @@ class Adaptive:
     b: float = 0.1  # printed, Section 6
     patience: int = 5  # ours: "a couple of frames"
     zones: tuple = ("borders", "anywhere")
+
+    def __post_init__(self):
+        check_counts(self, "n")
+        if not self.sigma > 0:
+            raise ValueError(f"sigma is {self.sigma}; it must be positive")
 
     def learn(self, frame, region):
         """The `Model` of what is inside the upright ellipse of a region (5,).  Raises ValueError where that lies outside the image."""
@@ -164,7 +171,10 @@ def as_regions(samples):
 
 
 def upright(region):
-    """The upright ellipse (5,) in the upright box round the ellipse of a region (5,); the same one where the region is upright."""
-    x, y, theta, hx, hy = region
+    """The upright ellipse (5,) in the upright box round the ellipse of a region (5,); the same one where the region is upright.
+
+    Raises ValueError for a region that is not finite or has no area.
+    """
+    x, y, theta, hx, hy = checked(region)
     c, s = np.cos(theta), np.sin(theta)
     return np.array([x, y, 0.0, np.hypot(hx * c, hy * s), np.hypot(hx * s, hy * c)])

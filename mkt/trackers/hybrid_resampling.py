@@ -16,8 +16,8 @@ import numpy as np
 from mkt.histograms import ColorBins, Target, coefficient, histograms, learn, log_likelihood
 from mkt.kernels import Kernels
 from mkt.particles import Motion, Particles, effective_sample_size, mean_region, systematic
-from mkt.regions import HX, HY, from_box, to_box
-from mkt.tracking import report
+from mkt.regions import HX, HY, checked, from_box, to_box
+from mkt.tracking import check_counts, report
 
 ACCEPT = ("paper", "always", "fresh", "metropolis")
 OCCLUSION = ("likelihood", "n_eff", "never")
@@ -74,6 +74,7 @@ class HybridResampling:
     kernels: Kernels = Kernels("ellipse", elliptic=True, samples=400)  # ours: the paper counts every pixel of the box alike
 
     def __post_init__(self):
+        check_counts(self, "n")
         for field, value, known in (("accept", self.accept, ACCEPT), ("occlusion", self.occlusion, OCCLUSION)):
             if value not in known:
                 raise ValueError(f"{field} is {value!r}; it must be one of {', '.join(known)}")
@@ -83,7 +84,7 @@ class HybridResampling:
 
     def init(self, frame, region, rng):
         """Learn the reference in the upright box of the region, and scatter particles round it.  Returns `HybridState`."""
-        region = from_box(to_box(region))
+        region = from_box(to_box(checked(region)))
         target = learn(self.bins(frame), region, self.bins, self.kernels)
         return HybridState(target, target.q, self.motion.scatter(region, self.n, rng).regions, np.full(self.n, 1 / self.n), region, np.zeros(2), 0)
 

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from mkt.regions import from_box, to_box
+from mkt.histograms import checked_frame
+from mkt.regions import checked, from_box, to_box
 
 SEARCHES = ("local", "global")
 
@@ -44,15 +45,24 @@ class TemplateMatching:
 
     def init(self, frame, region, rng):
         """Cut the template out of the upright box round the region.  Returns `TemplateState`.  Raises ValueError when it does not fit into the frame."""
-        x, y, w, h = to_box(region)
+        frame = checked_frame(frame)
+        x, y, w, h = to_box(checked(region))
         size = max(round(w), 1), max(round(h), 1)
         if size[0] > frame.shape[1] or size[1] > frame.shape[0]:
             raise ValueError(f"the box of {size[0]}x{size[1]} px is larger than the frame of {frame.shape[1]}x{frame.shape[0]}; choose a smaller one")
+        if x >= frame.shape[1] or y >= frame.shape[0] or x + w <= 0 or y + h <= 0:
+            raise ValueError(f"the region {np.round(region, 1)} lies outside the image; choose a box inside it")
         region = from_box((x + w / 2 - size[0] / 2, y + h / 2 - size[1] / 2, *size))
         return TemplateState(cv2.getRectSubPix(frame, size, tuple(map(float, region[:2]))), region)
 
     def step(self, state, frame, rng):
-        """Slide the template over the window; the score is the correlation where it is highest, 0 if that is negative."""
+        """Slide the template over the window; the score is the correlation where it is highest, 0 if that is negative.
+
+        Raises ValueError for a frame that is smaller than the template.
+        """
+        frame = checked_frame(frame)
+        if (np.array(frame.shape) < state.template.shape).any():
+            raise ValueError(f"the frame has the shape {frame.shape}, but the template {state.template.shape}; bring all frames to the size of the first one")
         left, top, right, bottom = self.window(state, frame.shape)
         likeness = cv2.matchTemplate(frame[top:bottom, left:right], state.template, cv2.TM_CCOEFF_NORMED)
         _, best, _, (x, y) = cv2.minMaxLoc(likeness)
