@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+NOTEBOOKS, LAB_SETTINGS = ROOT / "notebooks", ROOT / "mkt" / "jupyterlab"
 HANDING_ON = ("test", "lab")  # commands whose unknown arguments go to pytest and to JupyterLab
 NOTE = "The first command sets up .venv from environment.txt (a minute or two; with uv installed, seconds)."
 
@@ -173,10 +174,10 @@ def run_tests(args):
 
 
 def run_lab(args):
-    """Open JupyterLab on the notebooks."""
+    """Open JupyterLab on the notebooks, with our settings: it asks nobody about news."""
     from jupyterlab.labapp import main
 
-    return main([f"--ServerApp.root_dir={ROOT / 'notebooks'}", *args.rest])
+    return main([f"--ServerApp.root_dir={NOTEBOOKS}", f"--LabApp.app_settings_dir={LAB_SETTINGS}", *args.rest])
 
 
 def run_figure(args):
