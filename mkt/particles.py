@@ -120,19 +120,19 @@ def mean_region(regions, weights):
 
 def multinomial(weights, rng):
     """N independent draws, each by binary search in the cumulative weights: step 1 of the algorithm in [N03]."""
-    return _search(weights, rng.random(len(weights)))
+    return search(weights, rng.random(len(weights)))
 
 
 def stratified(weights, rng):
     """One draw in each of N equal strata of [0, 1)."""
     n = len(weights)
-    return _search(weights, (np.arange(n) + rng.random(n)) / n)
+    return search(weights, (np.arange(n) + rng.random(n)) / n)
 
 
 def systematic(weights, rng):
     """N equally spaced draws from one random start: Algorithm 1 of [C14], with c_1 = w_1 in place of the printed 0."""
     n = len(weights)
-    return _search(weights, (np.arange(n) + rng.random()) / n)
+    return search(weights, (np.arange(n) + rng.random()) / n)
 
 
 def residual(weights, rng):
@@ -144,14 +144,14 @@ def residual(weights, rng):
     missing = n - len(copies)
     if missing == 0:
         return copies
-    return np.concatenate([copies, _search(np.maximum(left, 0), rng.random(missing))])
+    return np.concatenate([copies, search(np.maximum(left, 0), rng.random(missing))])
 
 
 SCHEMES = {"multinomial": multinomial, "stratified": stratified, "systematic": systematic, "residual": residual}
 
 
-def _search(weights, positions):
-    """The particle whose share of the cumulative weights each position in [0, 1) falls into."""
+def search(weights, positions):
+    """The particle whose share of the cumulative weights (N,) each position in [0, 1) falls into, by binary search.  Returns indices."""
     cumulative = np.cumsum(_checked(weights))
     below = np.minimum(positions, np.nextafter(1, 0))  # (n - 1 + u) / n may be rounded to 1
     return np.searchsorted(cumulative / cumulative[-1], below, side="right")

@@ -26,20 +26,20 @@ def _way(times, x, y, scales=1.0):
     return tuple(tuple(map(float, row)) for row in table)
 
 
-def students(seed):
+def students(seed, tree=TREE_WIDTH):
     """Figures 6 and 7: a student walks from the left to the right, behind a tree, is passed twice by others, and leaves the view.
 
-    The tree hides all of the student for about 20 frames around frame 101; those who pass come from the right, each of another colour, and
-    hide most of the student for a few frames.  The student is out of the view after about frame 205.
+    tree: its width [px]; ours hides all of the student for about 20 frames around frame 101.  Those who pass come from the right, each of
+    another colour, and hide most of the student for a few frames.  The student is out of the view after about frame 205.
     """
     rng = np.random.default_rng((11, seed))
     times = np.arange(0.0, STUDENTS + 12, 11)
     x = np.interp(times, [0, TREE, STUDENTS], [30, TREE_X, 365]) + rng.normal(0, 1.5, len(times)) * (np.abs(times - TREE) > 15)
     y = rng.uniform(115, 145) + np.cumsum(rng.normal(0, 2, len(times)))
     target = Layer("astronaut", PERSON, _way(times, x, y))
-    tree = Layer("grass", TREE_WIDTH, _way([0], TREE_X, np.interp(TREE, times, y)))
+    trunk = Layer("grass", float(tree), _way([0], TREE_X, np.interp(TREE, times, y)))
     others = [Layer("hopper", 1.1 * PERSON, _passing(times, x, y, frame), hue=hue) for frame, hue in zip(PASSES, rng.permutation([60.0, 140.0, 220.0]))]
-    return Scene(target, "gravel", STUDENTS, front=(*others, tree), seed=seed)
+    return Scene(target, "gravel", STUDENTS, front=(*others, trunk), seed=seed)
 
 
 def _passing(times, x, y, frame):
@@ -49,9 +49,10 @@ def _passing(times, x, y, frame):
 
 
 def doors(scene):
-    """Where the student may appear again, as zones of a tracker: on both sides of the tree; with "borders" for the sides of the image."""
-    tree = scene.front[-1].path[0]
-    return tuple((tree[1] + side * (TREE_WIDTH + PERSON) / 2, tree[2], PERSON / 3, PERSON / 3) for side in (-1, 1)) + ("borders",)
+    """Where the student of a scene may appear again, as zones of a tracker: on both sides of the tree; with "borders" for those of the image."""
+    tree = scene.front[-1]
+    _, x, y, *_ = tree.path[0]
+    return tuple((x + side * (tree.width + PERSON) / 2, y, PERSON / 3, PERSON / 3) for side in (-1, 1)) + ("borders",)
 
 
 def parking(seed, target="car"):

@@ -5,10 +5,12 @@ import inspect
 import numpy as np
 import pytest
 
+from mkt.figures import get
 from mkt.figures import nummiaro2003 as steps
 from mkt.figures import nummiaro2003_sequences as sequences
 from mkt.plotting import canvas
 from mkt.stories import PASSES, STUDENTS, TREE, doors, students
+from mkt.trackers.ellipses import Disc
 
 LISTED = [function for _, functions in steps.STEPS.values() for function in functions]
 
@@ -27,7 +29,8 @@ def test_fig1_lists_the_source_without_its_docstring(function):
 
 
 def test_fig1_is_all_on_the_page():
-    assert 0 < steps.fig1(canvas((11, 8.8)))["left"] < 0.1
+    _, row = get("nummiaro2003.fig1").draw()
+    assert 0 < row["left"] < 0.1
 
 
 def test_fig2_mean_and_top_are_near_the_annotated_head():
@@ -61,10 +64,38 @@ def test_fig4_person_and_car_are_followed():
     assert np.median(shown(sequences.fig4, alpha=0.0)["car position"]) > 15
 
 
-def test_fig5_cost_is_linear_in_samples_and_in_pixels_and_flat_on_the_fixed_grid():
-    """Generous: the processor has other work, and small numbers have their fixed part."""
+class Meter:
+    """In place of the processor's clock, one that goes on by 1 s for every pixel that a histogram looks up."""
+
+    def __init__(self, monkeypatch):
+        self.seconds, count = 0, Disc.count
+
+        def counted(disc, image, m, regions):
+            self.seconds += len(regions) * disc.points.shape[1]
+            return count(disc, image, m, regions)
+
+        monkeypatch.setattr(Disc, "count", counted)
+        monkeypatch.setattr(steps, "time", self)
+
+    def thread_time(self):
+        return self.seconds
+
+
+@pytest.fixture
+def meter(monkeypatch):
+    forget = steps.milliseconds.cache_clear, steps.weighting.cache_clear
+    for clear in forget:
+        clear()
+    yield Meter(monkeypatch)
+    for clear in forget:
+        clear()
+
+
+def test_fig5_cost_is_linear_in_samples_and_in_pixels_and_flat_on_the_fixed_grid(meter):
     row = shown(steps.fig5)
-    assert 0.6 < row["samples"] < 1.3 and 0.6 < row["pixels"] < 1.5 and abs(row["grid"]) < 0.4
+    assert row["samples"] == pytest.approx(1) and row["pixels"] == pytest.approx(1, abs=0.05) and row["grid"] == pytest.approx(0, abs=1e-9)
+    assert len(row["person"]) == len(row["car"]) == 25
+    assert set([*row["person"], *row["car"]]) == {1e3 * 101 * Disc().points.shape[1]}  # 100 samples and the mean state, whatever their size
 
 
 def test_fig6_found_again_passes_bridged_and_loss_declared():

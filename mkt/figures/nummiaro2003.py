@@ -15,12 +15,11 @@ from typing import Any
 import numpy as np
 from matplotlib.lines import Line2D
 
-from mkt import particles as filters
 from mkt.datasets import carphone
 from mkt.figures import figure
 from mkt.figures.runs import clip
 from mkt.histograms import ColorBins, coefficient
-from mkt.particles import EllipseMotion, normalised
+from mkt.particles import EllipseMotion, multinomial, normalised, search
 from mkt.plotting import draw_box, draw_ellipse, draw_surface, show_frame
 from mkt.regions import displaced
 from mkt.stories import TREE, doors, parking, students
@@ -35,16 +34,16 @@ PERSON, CAR = "#0072b2", "#d55e00"
 
 STEPS = {  # the printed box, step by step, and what does it here
     "1  select": (["draw $N$ samples with replacement:", "$c^{(n)} = c^{(n-1)} + \\pi^{(n)}$,   $c' = c\\,/\\,c^{(N)}$,", "$r$ uniform in [0, 1],",
-                   "smallest $j$ with $c'^{(j)} \\geq r$: binary search"], (Adaptive.select, filters._search)),
+                   "smallest $j$ with $c'^{(j)} \\geq r$: binary search"], (Adaptive.select, multinomial, search)),
     "2  propagate": (["$s_t^{(n)} = A\\, s'^{(n)}_{t-1} + w^{(n)}_{t-1}$,   (9)"], (Adaptive.propagate, EllipseMotion.predict)),
     "3  observe, a and b": (["$p^{(u)} = f\\, \\sum_i k(\\|s - x_i\\| / a)\\; \\delta[h(x_i) - u]$,   (3)", "$\\rho = \\sum_u \\sqrt{p^{(u)} q^{(u)}}$,   (6)"],
-                            (Adaptive.observe, Disc._histograms, coefficient)),
+                            (Adaptive.observe, Disc.count, coefficient)),
     "3  observe, c": (["$\\pi^{(n)} \\propto \\exp(-(1 - \\rho)\\, /\\, 2 \\sigma^2)$,   (10)"], (Adaptive.weigh, normalised)),
     "4  estimate": (["$E[S_t] = \\sum_n \\pi^{(n)} s^{(n)}$,   (1)"], (Adaptive.estimate,)),
     "then learn (not in the box)": (["if $\\pi_{E[S]} > \\pi_T$,   (11):", "$q \\leftarrow (1 - \\alpha)\\, q + \\alpha\\, p_{E[S]}$,   (12)"], (Adaptive.updated,)),
 }
 WIDE = 104  # characters of a line of the listing
-LINE, FORMULA = 0.118, 0.3  # [inch] from a line of it to the next, and from a formula to the next
+LINE, FORMULA = 0.118, 0.34  # [inch] from a line of it to the next, and from a formula to the next
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ def listing(function):
     return lines[:first.lineno - 1] + lines[first.end_lineno:] if documented else lines
 
 
-@figure("nummiaro2003.fig1", size=(11, 8.8))
+@figure("nummiaro2003.fig1", size=(11, 9.4))
 def fig1(canvas):
     """One iteration of the colour particle filter, and the lines that do it.
 

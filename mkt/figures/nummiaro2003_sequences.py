@@ -55,20 +55,13 @@ def fig4(canvas, *, particles=100, noise=1.0, alpha=0.3):
     return shown
 
 
-def behind(width):
-    """The student sequence, the tree so many pixels wide, and the tracker's zones by their names."""
-    scene = students(0)
-    *others, tree = scene.front
-    return replace(scene, front=(*others, replace(tree, width=float(width)))), placements(scene)
-
-
 _LOST = {"b": [0.02, 0.1, 0.5], "placement": ["doors and borders", "borders", "anywhere"], "particles": [25, 100, 250], "tree": [76, 100]}
 
 
 def student_run(b, placement, particles, tree):
     """What figures 6 and 7 draw: the sequence, the `Track`, and (T,) bool where the mode is "initialising"."""
-    scene, zones = behind(tree)
-    run = traced(replace(PAPER, alpha=0.0, b=b, n=particles, zones=zones[placement]), scene)
+    scene = students(0, tree)
+    run = traced(replace(PAPER, alpha=0.0, b=b, n=particles, zones=placements(scene)[placement]), scene)
     return clip(scene), run, np.array([mode == INITIALISING for mode in run.info["mode"]])
 
 

@@ -48,9 +48,10 @@ class Disc:
         Points outside the image count for nothing; an ellipse all outside has zeros.
         """
         regions, rows = np.asarray(regions, float), max(CHUNK // self.points.shape[1], 1)
-        return np.concatenate([self._histograms(image, m, regions[k:k + rows]) for k in range(0, len(regions), rows)])
+        return np.concatenate([self.count(image, m, regions[k:k + rows]) for k in range(0, len(regions), rows)])
 
-    def _histograms(self, image, m, regions):
+    def count(self, image, m, regions):
+        """`histograms` of as many regions as there is room for in the processor's cache."""
         # A product with (place on the disc, 1) needs half the memory of a product and a sum.
         x, y = (regions[:, [h, c]].astype(np.float32) @ np.stack([p, np.ones_like(p)]) for h, c, p in zip((HX, HY), (CX, CY), self.points))
         labels = cv2.remap(image, x, y, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=m).astype(np.int32)
