@@ -4,7 +4,7 @@ What comes back is one sentence for each cell that failed.  Explained in the lab
 """
 
 import asyncio
-import os
+import copy
 import re
 import tempfile
 from contextlib import asynccontextmanager
@@ -31,7 +31,7 @@ async def kernel(limit=60):
     """A fresh kernel in an empty folder of its own, as a client for `run`; limit: seconds a cell may take."""
     with tempfile.TemporaryDirectory(prefix="mkt-lab-", ignore_cleanup_errors=True) as folder:
         client = _Deaf(nbformat.v4.new_notebook(), config=execute.config(), timeout=limit, interrupt_on_timeout=True, record_timing=False,
-                       shutdown_kernel="immediate", resources={"metadata": {"path": folder}}, log_level="CRITICAL")
+                       shutdown_kernel="immediate", resources={"metadata": {"path": folder}})
         async with client.async_setup_kernel(env=execute.environment() | {"MKT_STATIC": "0"}):
             yield client
 
@@ -42,7 +42,7 @@ async def run(client, cells):
     client: from `kernel`, which keeps what earlier calls defined.  Returns {name of the cell: what went wrong, in words} of those that failed.
     """
     failures, ended = {}, ""
-    client.nb = nbformat.v4.new_notebook(cells=list(cells))
+    client.nb = nbformat.v4.new_notebook(cells=copy.deepcopy(list(cells)))
     for index, cell in enumerate(client.nb.cells):
         if cell.cell_type != "code":
             continue
