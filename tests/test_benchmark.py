@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mkt import cli, figures, leaderboard, sweeps
-from mkt.figures import lessons_benchmark
+from mkt.figures.cordoba2014_material import OVERALL, TABLE
 from mkt.figures.lessons_benchmark import counts
 from mkt.leaderboard import Board, as_markdown, by_sequence, draws, overall, ranking, recorded, refusals, synthetic
 from mkt.regions import to_box
@@ -191,13 +191,13 @@ def test_a_wrong_bench_is_answered_in_a_sentence(words, said):
 
 def test_table_1_as_printed_gives_away_its_lengths():
     """Truncated, not rounded; three rows fit a BoBoT sequence without its first row or two, and one mean is wrong."""
-    drawn = {row: figures.get("own.table_forensics").draw(row=row)[1] for row in lessons_benchmark.TABLE}
-    assert 627 in drawn["cluttered"]["n"] and drawn["trajectory"]["n"] == [601] and 452 in drawn["indoor occlusion"]["n"]
-    possible = drawn["cluttered"]["possible"]
-    assert [name for name in possible if not all(possible[name])] == ["outdoor occlusion", "scale"]
+    drawn = {row: figures.get("own.table_forensics").draw(row=row)[1] for row in TABLE}
+    assert 627 in drawn["clutter"]["n"] and drawn["trajectory"]["n"] == [601] and 452 in drawn["pillars"]["n"]
+    possible = drawn["clutter"]["possible"]
+    assert [name for name in possible if not all(possible[name])] == ["passers", "scale"]
     rounded = figures.get("own.table_forensics").draw(rounding="rounded")[1]["possible"]
     assert not any(all(row) for row in rounded.values())
-    means, printed = drawn["scale"]["means"], [float(p) for p in lessons_benchmark.OVERALL]
+    means, printed = drawn["scale"]["means"], [float(p) for p in OVERALL]
     assert [int(100 * mean + 1e-6) == round(100 * p) for mean, p in zip(means, printed)] == [False, True, True]
 
 

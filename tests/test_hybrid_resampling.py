@@ -153,7 +153,22 @@ def test_boxes_stay_upright_and_keep_their_aspect(name, wall):
     np.testing.assert_allclose(regions[:, 3] / regions[:, 4], regions[0, 3] / regions[0, 4])
 
 
-@pytest.mark.parametrize("field, value", [("accept", "never"), ("occlusion", "weights"), ("inertial", 1.5), ("eta", -0.1), ("gamma", 0.96)])
+@pytest.mark.parametrize("field, value", [("accept", "never"), ("occlusion", "weights"), ("inertial", 1.5), ("following", 2.0), ("eta", -0.1), ("gamma", 0.96)])
 def test_wrong_parameters_are_named(field, value):
     with pytest.raises(ValueError, match=field):
         HybridResampling(**{field: value})
+
+
+def turning():
+    """An astronaut who shows another side within twenty frames, four fifths of it another texture, and keeps to that."""
+    look = Layer("hopper", 64.0, ((0.0, 160.0, 120.0, 0.0, 1.0),))
+    way = ((0.0, 140.0, 120.0, 0.0, 1.0), (100.0, 190.0, 110.0, 0.0, 1.0))
+    return Scene(Layer("astronaut", 64.0, way, view=look, turn=((0.0, 0.0), (10.0, 0.0), (30.0, 0.8))), "bricks", 100, shutter=0.0)
+
+
+def test_an_object_that_shows_another_side_is_not_waited_for_where_it_was():
+    """At a fixed level, `following` 0, it is."""
+    clip = sequence(turning())
+    clip = replace(clip, frames=list(clip.frames))
+    waits = {following: [track(replace(PFHR, following=following), clip, seed).lost[-30:].mean() for seed in range(3)] for following in (0.0, PFHR.following)}
+    assert min(waits[0.0]) > 0.9 and max(waits[PFHR.following]) < 0.6

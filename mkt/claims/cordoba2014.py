@@ -3,7 +3,8 @@
 import numpy as np
 
 from mkt.claims import Part, claim, contenders
-from mkt.figures.cordoba2014 import TABLE, counted, draws_from_the_start, exponent, one_sweep
+from mkt.figures.cordoba2014_material import TABLE
+from mkt.figures.cordoba2014_resampling import counted, exponent
 
 RIVALS = contenders("pfhr", "sir", "wm")
 OCCLUDED = "passers", "pillars"
@@ -48,9 +49,9 @@ def resampling_is_quadratic(runs):
     The exponent of the number of comparisons, counted for 50 to 800 particles of random weight; quadratic is taken as more than 1.5.  Algorithm 1 as listed
     never sets its index back; the paper's count of steps begins each search anew.
     """
-    return [Part(f"exponent, {text}", [_exponent(search, seed) for seed in range(runs.seeds)], 1.5)
-            for text, search in (("Algorithm 1 as listed", one_sweep), ("each search begun anew", draws_from_the_start))]
+    return [Part(f"exponent, {text}", [_exponent(anew, seed) for seed in range(runs.seeds)], 1.5)
+            for text, anew in (("Algorithm 1 as listed", False), ("each search begun anew", True))]
 
 
-def _exponent(search, seed):
-    return exponent(PARTICLES, [counted(search, n, seed)[0] for n in PARTICLES])
+def _exponent(anew, seed):
+    return exponent(PARTICLES, [counted(anew, n, seed)[0] for n in PARTICLES])

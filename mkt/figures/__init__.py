@@ -14,7 +14,8 @@ from typing import Callable
 
 from mkt.plotting import canvas
 
-MODULES = ("teuliere2009", "teuliere2009_tracking", "teuliere2009_servoing", "nummiaro2003", "nummiaro2003_sequences", "cordoba2014", "own", "lessons", "lessons_benchmark", "lessons_servoing")
+MODULES = ("teuliere2009", "teuliere2009_tracking", "teuliere2009_servoing", "nummiaro2003", "nummiaro2003_sequences", "cordoba2014", "cordoba2014_table", "cordoba2014_resampling",
+           "own", "lessons", "lessons_benchmark", "lessons_servoing")
 _REGISTRY = {}
 
 

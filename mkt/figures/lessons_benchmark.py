@@ -4,6 +4,7 @@ import numpy as np
 
 from mkt.evaluation import HIT, LIMITS, overlaps, success, true_positives
 from mkt.figures import figure
+from mkt.figures.cordoba2014_material import NAMES, OVERALL, TABLE
 from mkt.figures.runs import clip, run
 from mkt.plotting import TRACKERS as COLORS
 from mkt.scenarios import SCENARIOS
@@ -49,15 +50,7 @@ def _colors(names):
     return [COLORS[name] if name in COLORS else next(others) for name in names]
 
 
-# Table 1 of [C14], true positives [%] as printed, of PFHR, SIR and WM; and the number of rows in the truth of the BoBoT sequence that fits.
-METHODS = ("PFHR", "SIR", "WM")
-TABLE = {
-    "cluttered": ("97.60", "95.21", "82.93"), "outdoor occlusion": ("93.79", "90.18", "70.07"), "background change": ("97.60", "95.21", "82.93"),
-    "scale": ("92.30", "94.96", "33.90"), "trajectory": ("95.67", "76.87", "87.18"), "indoor occlusion": ("88.93", "86.06", "30.08"),
-}
-OVERALL = ("94.75", "89.74", "64.51")
-LENGTHS = {"A": 602, "B": 629, "F": 453, "G": 716, "I": 1017}  # rows of truth; the first is where a tracker starts
-FIT = {"cluttered": 627, "outdoor occlusion": 1016, "background change": 627, "scale": 715, "trajectory": 601, "indoor occlusion": 452}
+LENGTHS = {"A": 602, "B": 629, "F": 453, "G": 716, "I": 1017}  # rows of truth in BoBoT; the first is where a tracker starts
 FRAMES = np.arange(200, 1101)
 
 
@@ -68,18 +61,21 @@ def counts(percent, n, rounding="truncated"):
     """
     hundredths = int(percent.replace(".", ""))
     first = hundredths * n // 10000
-    def said(k):
-        return 10000 * k // n if rounding == "truncated" else (20000 * k + n) // (2 * n)
-    return [k for k in range(max(first - 1, 0), min(first + 2, n) + 1) if said(k) == hundredths]
+    return [k for k in range(max(first - 1, 0), min(first + 2, n) + 1) if _hundredths(k, n, rounding) == hundredths]
+
+
+def _hundredths(k, n, rounding):
+    """k of n in hundredths of a per cent, a whole number."""
+    return 10000 * k // n if rounding == "truncated" else (20000 * k + n) // (2 * n)
 
 
 def hits(row, rounding="truncated", frames=FRAMES):
-    """How many of a row's three percentages are possible for each number of frames, (len(frames),) int."""
-    return np.array([sum(bool(counts(percent, int(n), rounding)) for percent in TABLE[row]) for n in frames])
+    """How many of the three percentages of a row are possible for each number of frames, (len(frames),) int."""
+    return np.array([sum(bool(counts(percent, int(n), rounding)) for percent in TABLE[row].printed) for n in frames])
 
 
 @figure("own.table_forensics", size=(10, 6.6), row=list(TABLE), rounding=["truncated", "rounded"])
-def table_forensics(canvas, *, row="cluttered", rounding="truncated"):
+def table_forensics(canvas, *, row="clutter", rounding="truncated"):
     """What the numbers of a printed table give away.
 
     A percentage of true positives is a whole number out of n.  Above, for one row of Table 1 of [C14], how many of its three percentages can be
@@ -97,9 +93,9 @@ def table_forensics(canvas, *, row="cluttered", rounding="truncated"):
         upper.plot(length - 1, -0.17, "^", color="#0072b2", ms=7, clip_on=False)
         upper.text(length - 1 + 7, -0.17, name, color="#0072b2", va="center", clip_on=False, weight="bold")
     upper.set(xlim=(200, 1100), ylim=(-0.4, 3.5), yticks=range(4), xlabel="number of frames n", ylabel="possible of 3",
-              title=f"{row}: {', '.join(f'{p} %' for p in TABLE[row])}, {rounding}")
-    cells = {name: [counts(percent, FIT[name], rounding) for percent in TABLE[name]] for name in TABLE}
-    means = [np.mean([float(TABLE[name][m]) for name in TABLE]) for m in range(3)]
+              title=f"{TABLE[row].title}: {', '.join(f'{p} %' for p in TABLE[row].printed)}, {rounding}")
+    cells = {name: [counts(percent, row.frames, rounding) for percent in row.printed] for name, row in TABLE.items()}
+    means = np.mean([row.percent for row in TABLE.values()], 0)
     _draw_table(canvas.add_axes((0.07, 0.01, 0.915, 0.5)), cells, means)
     return {"n": all_three, "hits": found, "possible": {name: [bool(k) for k in cell] for name, cell in cells.items()}, "means": means}
 
@@ -109,12 +105,12 @@ def _draw_table(ax, cells, means):
     ax.set_axis_off()
     ax.set(xlim=(0, 1), ylim=(8.3, -0.6))
     columns = (0.27, 0.5, 0.73)
-    for x, text in zip((0.0, *columns, 0.93), ("Table 1 of [C14]", *METHODS, "n")):
+    for x, text in zip((0.0, *columns, 0.93), ("Table 1 of [C14]", *NAMES.values(), "n")):
         ax.text(x, 0, text, weight="bold")
     for y, (name, row) in enumerate(cells.items(), 1):
-        ax.text(0, y, name + " (row 1 again)" * (name == "background change"))
-        ax.text(0.93, y, str(FIT[name]))
-        for x, percent, k in zip(columns, TABLE[name], row):
+        ax.text(0, y, TABLE[name].title + " (row 1 again)" * (name == "background"))
+        ax.text(0.93, y, str(TABLE[name].frames))
+        for x, percent, k in zip(columns, TABLE[name].printed, row):
             ax.text(x, y, f"{percent}   " + (f"k = {k[0]}" if k else "no such k"), color="black" if k else "#d62728")
     ax.text(0, 7, "overall, as printed", style="italic")
     ax.text(0, 8, "mean of the column", style="italic")

@@ -5,7 +5,9 @@ spread uniformly round the last estimate, wider every frame (18).  The reference
 
 Two parts of the printed algorithm cannot be meant as they stand, so they are parameters here.  Its acceptance test compares a likelihood of this
 frame with a normalised weight of the last; after a draw that accepts whatever has d < sqrt(ln N / lam).  And its sign of an occlusion, a low N_eff,
-is a sign of the contrary: where all looks equally bad, all weights are equal and N_eff is high.
+is a sign of the contrary: where all looks equally bad, all weights are equal and N_eff is high.  Here the target is taken for hidden when the highest
+likelihood falls far below what it has been lately.  A fixed level also takes an object that slowly shows another side for a hidden one, and waits for it
+where it was last seen.  The price is that the wait ends: what is usual follows while nothing is seen, too.
 """
 
 from dataclasses import dataclass
@@ -26,7 +28,7 @@ NOTHING_LEARNT = np.array([1.0, 0.0, 0.0, 0.0])  # the shares of (10) while the 
 
 class HybridState(NamedTuple):
     """The reference as it is now and as it was at first (J, m); regions (N, 5) and weights (N,); the last estimate (5,), its mean velocity (2,)
-    [px a frame], and for how many frames the target has been hidden."""
+    [px a frame], for how many frames the target has been hidden, and how high the highest likelihood of a frame usually is."""
 
     target: Target
     first: np.ndarray
@@ -35,6 +37,7 @@ class HybridState(NamedTuple):
     estimate: np.ndarray
     velocity: np.ndarray
     hidden: int
+    usual: float
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,9 @@ class HybridResampling:
     accept: Algorithm 2's test of each new particle.  "paper": keep it if its likelihood exceeds the old one's normalised weight; "fresh": if it
             exceeds the likelihood of the old one's place in this frame; "metropolis": with the ratio of these two for a probability; "always":
             no test, and weights multiply as in (4), which follows the synthetic twins best.
-    occlusion: "likelihood": hidden when no particle's likelihood reaches `level`; "n_eff": when N_eff < n_lim n, as printed; "never".
+    occlusion: "likelihood": hidden when no particle's likelihood reaches the share `level` of the usual highest one; "n_eff": when N_eff < n_lim n, as
+            printed; "never".
+    following: share of this frame in the usual highest likelihood, which is 1 at first.
     spread, growth: half width of the uniform (18) in the first hidden frame, and what every further one adds, in sqrt(hx hy).
     n_lim: N_lim over n: draw anew when N_eff is below.  damping: share of the mean velocity that outlives a hidden frame.
     eta, gamma: shares in (10): alpha + beta = eta, split by the likelihoods of the estimate and of the heaviest particle; gamma of the first look.
@@ -63,6 +68,7 @@ class HybridResampling:
     accept: str = "always"
     occlusion: str = "likelihood"
     level: float = 0.1
+    following: float = 0.1
     spread: float = 0.5
     growth: float = 0.1
     n_lim: float = 0.5
@@ -78,7 +84,8 @@ class HybridResampling:
         for field, value, known in (("accept", self.accept, ACCEPT), ("occlusion", self.occlusion, OCCLUSION)):
             if value not in known:
                 raise ValueError(f"{field} is {value!r}; it must be one of {', '.join(known)}")
-        for field, value in (("inertial", self.inertial), ("eta", self.eta), ("gamma", self.gamma), ("eta + gamma", self.eta + self.gamma)):
+        shares = {field: getattr(self, field) for field in ("inertial", "following", "eta", "gamma")} | {"eta + gamma": self.eta + self.gamma}
+        for field, value in shares.items():
             if not 0 <= value <= 1:
                 raise ValueError(f"{field} is {value:g}; a share lies between 0 and 1")
 
@@ -86,7 +93,8 @@ class HybridResampling:
         """Learn the reference in the upright box of the region, and scatter particles round it.  Returns `HybridState`."""
         region = from_box(to_box(checked(region)))
         target = learn(self.bins(frame), region, self.bins, self.kernels)
-        return HybridState(target, target.q, self.motion.scatter(region, self.n, rng).regions, np.full(self.n, 1 / self.n), region, np.zeros(2), 0)
+        regions, weights = self.motion.scatter(region, self.n, rng).regions, np.full(self.n, 1 / self.n)
+        return HybridState(target, target.q, regions, weights, region, velocity=np.zeros(2), hidden=0, usual=1.0)
 
     def step(self, state, frame, rng):
         """Predict, weigh, accept or keep; then wait for the target, or estimate, draw and learn."""
@@ -96,8 +104,9 @@ class HybridResampling:
         # The wide search does not descend from the old particles, so there is nothing to keep in it.
         regions, weights = (predicted, likelihoods) if state.hidden else self.accepted(state, image, predicted, likelihoods, rng)
         weights = weights / weights.sum()
-        n_eff = effective_sample_size(weights)
-        hidden = {"likelihood": likelihoods.max() < self.level, "n_eff": n_eff < self.n_lim * self.n, "never": False}[self.occlusion]
+        n_eff, highest = effective_sample_size(weights), likelihoods.max()
+        hidden = {"likelihood": highest < self.level * state.usual, "n_eff": n_eff < self.n_lim * self.n, "never": False}[self.occlusion]
+        state = state._replace(usual=state.usual + self.following * (highest - state.usual))
         if hidden:
             state, seen = self._waited(state, image, predicted)
         else:
@@ -149,7 +158,8 @@ class HybridResampling:
         target, distance, shares = self._learnt(state, image, region, regions[np.argmax(weights)], weights @ likelihoods)
         if effective_sample_size(weights) < self.n_lim * self.n:
             regions, weights = regions[systematic(weights, rng)], np.full(self.n, 1 / self.n)
-        return HybridState(target, state.first, regions, weights, region, velocity, 0), report(region, distance, 1, shares=shares)
+        state = state._replace(target=target, regions=regions, weights=weights, estimate=region, velocity=velocity, hidden=0)
+        return state, report(region, distance, 1, shares=shares)
 
     def _learnt(self, state, image, region, heaviest, level):
         """The reference after (10), the distance of the estimate, and the four shares."""
