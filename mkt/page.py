@@ -103,7 +103,7 @@ def _html_control(id, name, slider, choice):
 
 
 _PAGE = """<figure class="mkt-panel" id="{id}">
-{controls}<div class="mkt-shown"><img src="{image}" alt="{alt}" width="{width}"></div>
+{controls}<div class="mkt-shown" tabindex="0"><img src="{image}" alt="{alt}" width="{width}"></div>
 <p class="mkt-note mkt-files">Save: <button type="button" class="mkt-save">PNG of what is shown</button>
 <a href="{files}/{figure}.pdf" download>PDF</a> and <a href="{files}/{figure}.csv" download>CSV of its curves</a> with the default values</p>
 {caption}<script>{script}</script>

@@ -12,6 +12,7 @@ from mkt import book as station
 from mkt import claims, figures, leaderboard
 from mkt.book import catalogue, checks, execute, math_svg, pages
 from mkt.book.docstrings import escaped, listed
+from mkt.page import FILES
 
 BOOK = catalogue.read()
 chapters = pytest.mark.parametrize("chapter", BOOK.chapters, ids=lambda chapter: chapter.name)
@@ -191,13 +192,25 @@ def test_every_internal_link_and_file_is_there(pages_of):
     assert broken == []
 
 
+def test_the_site_is_light_and_so_is_what_can_be_saved(site):
+    sizes = {path.relative_to(site): path.stat().st_size for path in site.rglob("*") if path.is_file()}
+    assert sum(sizes.values()) < 60e6
+    assert {str(path): size for path, size in sizes.items() if path.suffix in (".pdf", ".csv") and size > 1e6} == {}
+
+
+def test_under_every_figure_are_its_pdf_and_its_table(site, pages_of):
+    for chapter in BOOK.chapters:
+        for id in chapter.figures:
+            assert {f"{FILES}/{id}.pdf", f"{FILES}/{id}.csv"} <= set(pages_of[site / f"{chapter.name}.html"].links)
+
+
 def test_gallery_leads_to_every_figure_its_chapter_and_its_source(site, pages_of):
     gallery = pages_of[site / "gallery.html"]
     for chapter in BOOK.chapters:
         for id in chapter.figures:
             assert f"{chapter.name}.html#{pages.anchor(id)}" in gallery.links
             assert pages._source(figures.get(id)) in gallery.links
-            assert f"_static/gallery/{id}.webp" in gallery.loads
+            assert f"{FILES}/{id}.webp" in gallery.loads
 
 
 def test_every_claim_is_on_its_page_with_sentence_and_verdict_in_words(site, pages_of):

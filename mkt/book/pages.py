@@ -12,6 +12,7 @@ from mkt import figures
 from mkt.claims import BACKGROUNDS, FAILS, HOLDS, IN_PART, OBJECTS, RULE
 from mkt.claims.listing import measured
 from mkt.leaderboard import as_markdown
+from mkt.page import FILES
 
 EXTENSIONS = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "mkt.book.math_svg", "mkt.book.docstrings"]
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
@@ -48,7 +49,7 @@ def first(book):
 
 ```{{raw}} html
 <a class="mkt-cover" href="{where.name}.html#{anchor(book.cover)}">
-<img src="_static/gallery/{book.cover}.webp" alt="{html.escape(entry.title)}"></a>
+<img src="{FILES}/{book.cover}.webp" alt="{html.escape(entry.title)}"></a>
 <p class="mkt-legend">Figure 3 of [T09]: one kernel cannot feel a rotation, nine can. <a href="{where.name}.html#{anchor(book.cover)}">Move its sliders.</a></p>
 <h2>Chapters</h2>
 <ol class="mkt-chapters">
@@ -62,13 +63,14 @@ def first(book):
 
 ## How to use it
 
-Here, a slider moves one parameter at a time. To move them together, to change the code and to do the exercises, run the chapters yourself:
+Here, a slider moves one parameter at a time, or two where a frame is round them. To move all together, to change the code and to do the exercises,
+run the chapters yourself:
 
 ```
 python3 -m mkt lab
 ```
 
-Every figure is one function of the library, and the [gallery](gallery.md) leads to all of them. What the papers say in words is put to the
+Every figure is one function of the library, and the [gallery](gallery.md) leads to all of them; under each are a PDF of it and a table of its curves. What the papers say in words is put to the
 test on the page of their [claims](claims.md), and the [leaderboard](leaderboard.md) has all trackers on all sequences. Letters are explained on the
 [symbols](symbols.md) page, functions in the [library](api/index.rst).
 
@@ -106,7 +108,7 @@ def gallery(book):
 
 def _card(entry, chapter):
     page, title = f"{chapter.name}.html", html.escape(entry.title.rstrip("."))
-    return (f'<div class="mkt-card"><a href="{page}#{anchor(entry.id)}"><img loading="lazy" src="_static/gallery/{entry.id}.webp" alt=""></a>'
+    return (f'<div class="mkt-card"><a href="{page}#{anchor(entry.id)}"><img loading="lazy" src="{FILES}/{entry.id}.webp" alt=""></a>'
             f'<p><a href="{page}#{anchor(entry.id)}">{title}</a></p>'
             f'<p><code>{entry.id}</code> · <a href="{page}">{html.escape(chapter.title)}</a> · '
             f'<a href="{_source(entry)}">source</a></p></div>\n')

@@ -10,14 +10,14 @@ from pathlib import Path
 import nbformat
 from tqdm import tqdm
 
-from mkt import figures
+from mkt import export, figures, page
 from mkt.book import pages
 from mkt.book.catalogue import NOTEBOOKS, BookError
 from mkt.book.checks import figure_cells
 from mkt.book.execute import library_key
 
 STYLE = Path(__file__).with_name("mkt.css")
-GALLERY, THUMBNAIL_DPI = "gallery", 120
+THUMBNAIL_DPI, LARGEST_PDF = 120, 1_000_000  # [bytes]
 
 
 def make(book, notebooks, results, boards, folder):
@@ -27,7 +27,7 @@ def make(book, notebooks, results, boards, folder):
     """
     source = folder / "source"
     write(_sources(book, notebooks, results, boards), source)
-    thumbnails(source / "_static" / GALLERY)
+    draw_all(source / page.FILES)
     return render(source, folder)
 
 
@@ -43,9 +43,9 @@ def _sources(book, notebooks, results, boards):
 
 
 def write(texts, folder):
-    """Make a folder hold these texts, {path: text}, beside the thumbnails, touching only what differs, so that Sphinx reads no page twice."""
+    """Make a folder hold these texts, {path: text}, beside the drawn figures, touching only what differs, so that Sphinx reads no page twice."""
     for path in folder.rglob("*"):
-        if path.is_file() and path.parent.name != GALLERY and path.relative_to(folder).as_posix() not in texts:
+        if path.is_file() and path.parent != folder / page.FILES and path.relative_to(folder).as_posix() not in texts:
             path.unlink()
     for name, text in texts.items():
         path = folder / name
@@ -56,16 +56,16 @@ def write(texts, folder):
 
 def prepare(notebook):
     """An executed notebook as the page shows it: a place to jump to before each figure, alternative texts, no reprs of drawing calls."""
-    page, seen = copy.deepcopy(notebook), set()
-    calls = {cell.id: ids for cell, ids in figure_cells(page)}
+    shown, seen = copy.deepcopy(notebook), set()
+    calls = {cell.id: ids for cell, ids in figure_cells(shown)}
     cells = []
-    for cell in page.cells:
+    for cell in shown.cells:
         fresh = [id for id in calls.get(cell.id, ()) if id not in seen]
         cells += [nbformat.v4.new_markdown_cell(f'<span id="{pages.anchor(id)}"></span>', id=pages.anchor(id)) for id in fresh]
         seen.update(fresh)
         cells.append(_described(cell) if cell.cell_type == "code" else cell)
-    page.cells = cells
-    return page
+    shown.cells = cells
+    return shown
 
 
 def _described(cell):
@@ -77,16 +77,18 @@ def _described(cell):
     return cell
 
 
-def thumbnails(folder):
-    """Draw every registered figure with its defaults into folder/ID.webp, unless that is what lies there: the mark comes last."""
+def draw_all(folder):
+    """Draw every registered figure with its defaults into folder/ID.webp, .pdf and .csv, unless those are what lies there: the mark comes last."""
     mark = folder / "drawn-from"
     if mark.is_file() and mark.read_text() == library_key():
         return
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    for entry in tqdm(figures.registry().values(), desc="gallery", unit="figure", disable=None):
-        canvas, _ = entry.draw(THUMBNAIL_DPI)
+    for entry in tqdm(figures.registry().values(), desc="figures", unit="figure", disable=None):
+        canvas, numbers = entry.draw(THUMBNAIL_DPI)
         canvas.savefig(folder / f"{entry.id}.webp", pil_kwargs={"quality": 80})
+        for ending in (".pdf", ".csv"):
+            export.save(canvas, numbers, folder / f"{entry.id}{ending}", export.facts(entry, {}), LARGEST_PDF)
     mark.write_text(library_key())
 
 

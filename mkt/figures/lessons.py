@@ -22,7 +22,7 @@ from mkt.tracking import track
 STEPS = 10
 
 
-@figure("own.newton", size=(10, 4.6), dx=(0, 64, 8), turn=(0, 80, 20), scale=(0.6, 1.6, 0.2), layout=["one", "3x3"], span=(0.6, 1.4, 0.2),
+@figure("own.newton", size=(10, 4.6), grid=("dx", "span"), dx=(0, 64, 8), turn=(0, 80, 20), scale=(0.6, 1.6, 0.2), layout=["one", "3x3"], span=(0.6, 1.4, 0.2),
         derivative_of_c=[True, False])
 def newton(canvas, *, dx=24, turn=20, scale=1.2, layout="3x3", span=1.0, derivative_of_c=True, seed=0):
     """Gauss-Newton on kernels, step by step.
@@ -67,7 +67,7 @@ def newton_path(target, image, start, derivative_of_c=True, steps=STEPS):
     return np.array(regions)
 
 
-@figure("own.resampling", size=(10, 5), scheme=list(SCHEMES), n=(4, 12, 2), lam=(0, 60, 20), seed=(0, 4, 1))
+@figure("own.resampling", size=(10, 5), grid=("scheme", "lam"), scheme=list(SCHEMES), n=(4, 12, 2), lam=(0, 60, 20), seed=(0, 4, 1))
 def resampling(canvas, *, scheme="multinomial", n=6, lam=20, seed=0):
     """Resampling by hand.
 

@@ -24,7 +24,7 @@ CAR = (0.0, 0.0, np.pi / 2)  # a place [m, rad]
 STILL = ((0.0, *CAR),)
 
 
-@figure("own.interaction", size=(10, 6.1), x=(-80, 80, 20), y=(-50, 50, 25), turn=(0, 180, 30), scale=[0.5, 0.75, 1.0, 1.25])
+@figure("own.interaction", size=(10, 6.1), grid=("x", "y"), x=(-80, 80, 20), y=(-50, 50, 25), turn=(0, 180, 30), scale=[0.5, 0.75, 1.0, 1.25])
 def interaction(canvas, *, x=40, y=-25, turn=90, scale=1.0):
     """The columns of the interaction matrix, as the motion that each velocity of the camera causes in the image.
 
@@ -68,7 +68,7 @@ def _draw_motion(ax, region, outlines):
     ax.set(xlim=(-0.5, 319.5), ylim=(239.5, -0.5))
 
 
-@figure("own.approach", size=(10, 4.6), gain=[0.25, 0.5, 1.0, 2.0, 4.0, 6.0], fps=[2.5, 5, 10, 25], delay=[0, 1, 2, 3], dof=[6, 4], turn=(-90, 90, 30))
+@figure("own.approach", size=(10, 4.6), grid=("gain", "fps"), gain=[0.25, 0.5, 1.0, 2.0, 4.0, 6.0], fps=[2.5, 5, 10, 25], delay=[0, 1, 2, 3], dof=[6, 4], turn=(-90, 90, 30))
 def approach(canvas, *, gain=1.0, fps=5, delay=0, dof=6, turn=30):
     """Closing the loop on a car that stands still.
 
@@ -102,7 +102,7 @@ def approach(canvas, *, gain=1.0, fps=5, delay=0, dof=6, turn=30):
     return {"errors": r.errors, "velocities": r.velocities, "times": r.times}
 
 
-@figure("own.root_locus", size=(10, 4.4), gain=[0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0], delay=[0, 1, 2, 3], compensation=list(FILTERS), fps=[2.5, 5, 10, 25],
+@figure("own.root_locus", size=(10, 4.4), grid=("gain", "delay"), gain=[0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0], delay=[0, 1, 2, 3], compensation=list(FILTERS), fps=[2.5, 5, 10, 25],
         mismatch=[0.25, 0.4, 0.6, 1.0, 1.5, 2.5])
 def root_locus(canvas, *, gain=1.0, delay=0, compensation="off", fps=5, mismatch=1.0):
     """The poles of the closed loop against the gain, and how the loop answers a target that sets off, turns back and stops.

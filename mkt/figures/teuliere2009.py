@@ -131,7 +131,7 @@ def fig3(canvas, *, layout="3x3", span=1.0, bins="hsv", object="car", extent=20,
     return {"one": surfaces[0], "several": surfaces[1], "x": x, "theta": theta}
 
 
-@figure("teuliere2009.fig4", size=(10, 6), exposure=(0.0, 1.0, 0.1), speed=(0, 40, 4), layout=["one", "2x2", "3x3", "4x4"], object=list(OBJECTS))
+@figure("teuliere2009.fig4", size=(10, 6), grid=("exposure", "speed"), exposure=(0.0, 1.0, 0.1), speed=(0, 40, 4), layout=["one", "2x2", "3x3", "4x4"], object=list(OBJECTS))
 def fig4(canvas, *, exposure=0.8, speed=24, layout="3x3", object="car", seed=0):
     """Blurring due to fast motion.
 

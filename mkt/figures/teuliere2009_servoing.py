@@ -100,7 +100,7 @@ def draw_view(ax, experiment, run, k, title):
     ax.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
 
 
-@figure("teuliere2009.fig9", size=(10, 4.2), ratio=[0.0, 0.05, 0.2, 1.0, 100.0], rho=[0.0, 0.3, 0.9], features=list(FEATURES), speed=_SPEED,
+@figure("teuliere2009.fig9", size=(10, 4.2), grid=("ratio", "features"), ratio=[0.0, 0.05, 0.2, 1.0, 100.0], rho=[0.0, 0.3, 0.9], features=list(FEATURES), speed=_SPEED,
         seed=[0, 1, 2])
 def fig9(canvas, *, ratio=1.0, rho=0.3, features="tracker", speed=0.05, seed=0):
     """Measured and estimated velocity of y_n due to the object's self-motion.

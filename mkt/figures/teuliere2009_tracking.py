@@ -48,7 +48,7 @@ def before_and_after(regions, sequence):
     return np.array(position), np.rad2deg(orientation), np.median(overlap(regions[..., -10:, :], sequence.truth[-10:]), -1) <= HIT
 
 
-@figure("teuliere2009.fig6", size=(10, 9.4), **_SLIDERS)
+@figure("teuliere2009.fig6", size=(10, 9.4), grid=("particles", "threshold"), **_SLIDERS)
 def fig6(canvas, *, particles=75, threshold=0.6, occlusion=5, seed=0):
     """Position and orientation from the trackers (1) to (5), through a total occlusion.
 
