@@ -35,6 +35,15 @@ def test_the_doors_are_where_the_student_comes_out():
     assert borders == "borders" and np.hypot(right - clip.truth[out, 0], y - clip.truth[out, 1]) < 12 and left < stories.TREE_X < right
 
 
+@pytest.mark.parametrize("tree", [60, 100])
+def test_the_doors_stand_at_the_sides_of_the_tree_however_wide_it_is(tree):
+    scene = stories.students(1, tree)
+    (left, _, spread, _), (right, *_), _ = stories.doors(scene)
+    assert right - left == pytest.approx(tree + stories.PERSON) and spread < stories.PERSON / 2
+    hidden = reduced(scene).visibility[70:130] == 0
+    assert hidden.sum() > 30 if tree == 100 else hidden.sum() < 20
+
+
 def mean_color(image, region):
     """The mean colour well inside a region (5,)."""
     x, y, _, hx, hy = region

@@ -68,6 +68,7 @@ def traced(tracker, source, seed=0):
     return track(Remembering(tracker), of(source), seed)
 
 
+@lru_cache(maxsize=8)
 def of(source):
     """The `Sequence` of a `Scene`, or of a function that gives one."""
     return source() if callable(source) else clip(source)
