@@ -35,7 +35,7 @@ def checked(region):
         raise ValueError(f"one region (cx, cy, theta, hx, hy) is needed, not an array of the shape {region.shape}")
     if not np.isfinite(region).all():
         raise ValueError(f"the region {region} is not finite; give five numbers (cx, cy, theta, hx, hy)")
-    if (region[HX:] <= 0).any():
+    if min(*region[HX:], region[HX] * region[HY]) <= 0:  # the product of tiny ones may be rounded to 0
         raise ValueError(f"the region {region} has no area; its half axes hx and hy must be positive")
     return region
 

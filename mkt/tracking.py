@@ -71,14 +71,19 @@ def check_counts(tracker, *fields):
             raise ValueError(f"{field} is {value!r}; it must be a whole number, at least 1")
 
 
+def finite(region):
+    """An estimate (5,), as it is.  Raises ValueError where it is not finite, which no later step could mend."""
+    if not np.isfinite(region).all():
+        raise ValueError(f"the estimate {region} is not finite; check the state and the tracker's motion, and start it again with init")
+    return region
+
+
 def report(region, distance, lost_above, **more):
     """The info of a step: the estimate (5,), its likelihood exp(-20 d^2) with lambda as printed in [T09], whether it is lost, and more.
 
-    Raises ValueError for an estimate that is not finite, which no later step could mend.
+    Raises ValueError for an estimate that is not `finite`.
     """
-    if not np.isfinite(region).all():
-        raise ValueError(f"the estimate {region} is not finite; check the state and the tracker's motion, and start it again with init")
-    return {"region": region, "score": float(np.exp(-20 * distance**2)), "distance": float(distance), "lost": bool(distance > lost_above), **more}
+    return {"region": finite(region), "score": float(np.exp(-20 * distance**2)), "distance": float(distance), "lost": bool(distance > lost_above), **more}
 
 
 def follow(tracker, sequence, seed=0, start=None):

@@ -13,7 +13,7 @@ import numpy as np
 from mkt.histograms import ColorBins, coefficient
 from mkt.particles import EllipseMotion, effective_sample_size, multinomial, normalised
 from mkt.regions import checked
-from mkt.tracking import check_counts
+from mkt.tracking import check_counts, finite
 from mkt.trackers.appearance import background, place, threshold
 from mkt.trackers.ellipses import Disc
 
@@ -115,7 +115,7 @@ class Adaptive:
             model, seen = self.updated(state.model, image, region)
         if model is not state.model:
             limit = threshold(state.background, model.q)
-        info = {"region": region, "score": 0.0 if np.isnan(seen) else float(np.exp((seen - 1) / (2 * self.sigma**2))), "lost": state.mode != TRACKING,
+        info = {"region": finite(region), "score": 0.0 if np.isnan(seen) else float(np.exp((seen - 1) / (2 * self.sigma**2))), "lost": state.mode != TRACKING,
                 "rho": seen, "positives": positives, "threshold": state.limit, "mode": state.mode, "updated": model is not state.model,
                 "n_eff": effective_sample_size(weights), "evaluations": self.n + 1, "particles": as_regions(samples), "weights": weights}
         return state._replace(model=model, samples=samples, weights=weights, limit=limit, region=region), info

@@ -18,7 +18,7 @@ import numpy as np
 
 from mkt.histograms import checked_frame
 from mkt.regions import HX, HY, THETA, checked, corners, from_box, to_box
-from mkt.tracking import check_counts
+from mkt.tracking import check_counts, finite
 
 SMALLEST = 8  # px; in a box of 4 OpenCV's MIL looks for a feature for ever
 STOP = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 1)  # steps, px
@@ -140,7 +140,7 @@ class CamShift(MeanShift):
         if min(width, height) < 1:  # no probable pixel in reach
             return state.window, state.region, np.nan
         region = np.array([*centre, np.radians(degrees), width / 2, height / 2])
-        return window, _like(region, state.region[THETA]), np.nan
+        return window, _like(region, finite(state.region)[THETA]), np.nan
 
 
 def _window(frame, region):

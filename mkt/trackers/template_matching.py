@@ -12,6 +12,7 @@ import numpy as np
 
 from mkt.histograms import checked_frame
 from mkt.regions import checked, from_box, to_box
+from mkt.tracking import finite
 
 SEARCHES = ("local", "global")
 
@@ -76,7 +77,7 @@ class TemplateMatching:
         h, w = state.template.shape[:2]
         if self.search == "global":
             return 0, 0, shape[1], shape[0]
-        x, y = to_box(state.region)[:2]
+        x, y = to_box(finite(state.region))[:2]
         left, top = (int(np.clip(round(low - self.reach * side), 0, full - side)) for low, side, full in ((x, w, shape[1]), (y, h, shape[0])))
         right, bottom = (int(np.clip(round(low + (1 + self.reach) * side), side, full)) for low, side, full in ((x, w, shape[1]), (y, h, shape[0])))
         return left, top, max(right, left + w), max(bottom, top + h)
