@@ -121,7 +121,8 @@ def fig2(canvas, *, frame=35, particles=100, sigma=0.1, bins="rgb 8x8x8", ellipt
     Real video, a head in a car.  At the left some samples (black ellipses), the mean state (white) and our annotation (yellow).  At the right the
     coefficient with the model of the first frame, an ellipse of the annotated size standing at each place of the dotted rectangle; the samples'
     centres are black, their mean is white, the highest place red.  The tracker does not learn here, so that model and surface belong together.
-    The printed kernel radius (the root of the sum of both squared half axes) does not vanish on the border of the ellipse; the elliptic one does.
+    As in the print, which has another face, the samples crowd round the top of the surface, and so does their mean.  With the printed kernel radius (the
+    root of the sum of both squared half axes) the weight does not vanish on the border of the ellipse; with the elliptic one it does.
     """
     video, tracker = carphone(), replace(Adaptive(), n=particles, sigma=sigma, bins=BINS[bins], disc=Disc(elliptic), alpha=0.0)
     truth, image = video.truth[frame], video.frames[frame]
@@ -139,6 +140,7 @@ def fig2(canvas, *, frame=35, particles=100, sigma=0.1, bins="rgb 8x8x8", ellipt
     draw_ellipse(left, truth, "#f0e442", lw=1.5)
     draw_ellipse(left, mean, MEAN, lw=2.2)
     draw_box(left, [*truth[:2], 0, extent, extent], color="#f0e442", lw=1.2, ls=":")
+    left.set(xlim=(-0.5, image.shape[1] - 0.5), ylim=(image.shape[0] - 0.5, -0.5))
     right = canvas.add_axes((0.48, 0.02, 0.52, 0.92), projection="3d", computed_zorder=False)
     draw_surface(right, dx, dy, rho, (np.floor(10 * rho.min()) / 10, 1), title=f"coefficient, at most {rho.max():.2f}", xlabel="x [px]", ylabel="y [px]", zlabel=r"$\rho$")
     for points, color, size in ((samples, SAMPLE, 2.5), (mean[None], MEAN, 8), (best[None], FOUND, 6)):
@@ -176,7 +178,8 @@ def fig3(canvas, *, placement="doors and borders", particles=100, frame=TREE):
     Synthetic data: the student sequence of figure 6, with the model of its first frame; in frame 101 the student is behind the tree.  At the left
     the samples as the initialisation mode places them, doors being the two sides of the tree; red ones fulfil the appearance condition (15).  At
     the right the coefficient of ellipses all over the background, with the mean, the limit of (15) that is two spreads above it, and the
-    coefficient at the true place while the student is in view.  The paper says that 95 % of the background stay below the limit.
+    coefficient at the true place while the student is in view.  The print waits for a head at doors and image borders, and promises 95 % of
+    the background below the limit; the title says what it is here.
     """
     scene = students(0)
     sequence, tracker, rng = clip(scene), replace(Adaptive(), n=particles, zones=placements(scene)[placement]), np.random.default_rng(0)
@@ -214,8 +217,8 @@ def fig5(canvas, *, particles=100, bins="rgb 8x8x8"):
     figure 4; the smaller an ellipse, the more places of the background the appearance condition compares it with, so the person is the dearer
     one.  In the middle against the number of samples, for a whole frame and for the histograms of the samples alone.  At the right the histograms
     of 100 ellipses of growing area: with a grid of points as fine as the pixels, as a direct (3) would need, and with the fixed grid that the
-    tracker uses, whose cost does not depend on the size.  The slope in a doubly logarithmic plot is the exponent.  The paper's computer had 800
-    MHz.
+    tracker uses, whose cost does not depend on the size.  The slope in a doubly logarithmic plot is the exponent.  The print has the times of its
+    person and its car at 800 MHz, and says that they depend on the size of the region; ours do not.
     """
     tracker = replace(Adaptive(), n=particles, bins=BINS[bins])
     targets = {"person": PERSON, "car": CAR}
