@@ -189,7 +189,7 @@ def fig9(canvas, *, alpha=0.2, threshold=PAPER.rho_min, turns=True, elliptic=Fal
     """
     scene, shown = traffic(0, turns), {}
     sequence = clip(scene)
-    left, right = canvas.add_axes((0.07, 0.13, 0.5, 0.76)), canvas.add_axes((0.65, 0.13, 0.335, 0.76))
+    left, right = canvas.add_axes((0.07, 0.13, 0.5, 0.74)), canvas.add_axes((0.65, 0.13, 0.335, 0.74))
     off = []
     for title, (tracker, color) in learners(alpha, threshold, elliptic).items():
         runs = [traced(tracker, scene, seed) for seed in range(RUNS)]
