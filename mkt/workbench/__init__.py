@@ -51,7 +51,7 @@ class Workbench(ipywidgets.VBox):
             button.add_class(f"mkt-{name}")
         left = ipywidgets.VBox([self.picker], layout={"width": "490px", "max_width": "100%", "overflow": "hidden"})
         right = ipywidgets.VBox([self.report], layout={"width": "490px", "max_width": "100%"})
-        super().__init__([self.source, ipywidgets.HBox([left, right], layout={"flex_flow": "row wrap", "gap": "12px"}), self.method,
+        super().__init__([self.source, ipywidgets.HBox([left, right], layout={"flex_flow": "row wrap", "grid_gap": "12px"}), self.method,
                           ipywidgets.HBox([self.track, self.stop])])
         self.add_class("mkt-workbench")
         self.source.observe(self._opened, "path")

