@@ -1,7 +1,8 @@
 """Drawing primitives and the one style.  Nothing here computes what it draws.
 
 Trackers keep their colour in every figure (`TRACKERS`), the truth is black, what is desired is red and what is current is green,
-as in [T09].
+as in [T09].  Colours that share an axes differ for colour-blind readers and in grey print (tests/test_palette.py measures by how much); where
+there are too many of them for that, curves differ in their dashes too.
 """
 
 from functools import lru_cache
@@ -15,9 +16,11 @@ from matplotlib.patches import Ellipse, Rectangle
 
 from mkt.regions import corners
 
-TRUTH, DESIRED, CURRENT = "black", "#d62728", "#2ca02c"
-# The trackers (1) to (5) of [T09] by their names in `mkt.trackers.catalogue`, from the colour-blind safe palette of Okabe and Ito.
-TRACKERS = {"pf-1": "#56b4e9", "ssd": "#d55e00", "pf-500": "#0072b2", "pf-75": "#cc79a7", "combined": "#009e73"}
+TRUTH, DESIRED, CURRENT = "black", "#cb1118", "#33b24d"
+# The trackers (1) to (5) of [T09] by their names in `mkt.trackers.catalogue`: hues of Okabe and Ito's palette, in five steps of lightness.
+TRACKERS = {"pf-1": "#7bc8f9", "ssd": "#d65b07", "pf-500": "#35427c", "pf-75": "#cf88b0", "combined": "#137353"}
+CONTRAST = "#1e7dc1", "#e49c00", "#b60269"  # for two or three curves that are no trackers of [T09]: blue, orange, purple
+DASHES = "-", "--", "-.", ":"
 SURFACE = "viridis"
 
 matplotlib.rcParams.update({

@@ -6,6 +6,7 @@ import re
 import cv2
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 from mkt import claims, figures
 from mkt.animation import play, webm
@@ -16,6 +17,7 @@ from mkt.figures.film import film
 from mkt.figures.teuliere2009_servoing import experiment, rms, run
 from mkt.kalman import OFF, RAW, Kalman, closed_loop
 from mkt.loop import Run
+from mkt.plotting import CONTRAST
 from mkt.robot import Workspace
 from mkt.servo import Camera, interaction_matrix_tilted, moments
 
@@ -164,7 +166,7 @@ def pictures():
 def test_a_film_has_a_picture_a_frame_and_its_curves_grow(pictures):
     x, r, frames = pictures
     assert len(frames) == 12 and {frame.shape for frame in frames} == {frames[0].shape} and (np.array(frames[0].shape[:2]) % 2 == 0).all()
-    blue = [((frame[:, 320:] == (0, 0x72, 0xb2)).all(-1)).sum() for frame in frames]
+    blue = [(frame[:, 320:] == np.rint(255 * np.array(to_rgb(CONTRAST[0])))).all(-1).sum() for frame in frames]
     assert blue[0] < blue[6] < blue[11]
 
 

@@ -10,13 +10,14 @@ import numpy as np
 
 from mkt import archives
 from mkt.figures.runs import clip
+from mkt.plotting import CONTRAST
 from mkt.scenes import Scene
 from mkt.trackers.catalogue import TRACKERS
 from mkt.tracking import track
 from mkt.twins import TWINS
 
 TWIN = ("astronaut", "bricks"), ("car", "workshop"), ("hopper", "gravel"), ("cat", "launch pad")  # object and ground of a twin, seed by seed
-COLORS = {"wm": "#e69f00", "sir": "#0072b2", "pfhr": "#cc2277"}
+COLORS = dict(zip(("sir", "wm", "pfhr"), CONTRAST))
 NAMES = {"pfhr": "PFHR", "sir": "SIR", "wm": "WM"}  # in the order of the table's columns
 
 

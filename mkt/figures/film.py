@@ -3,9 +3,9 @@
 import numpy as np
 
 from mkt.figures.teuliere2009_servoing import draw_view
-from mkt.plotting import DESIRED, canvas
+from mkt.plotting import CONTRAST, DESIRED, canvas
 
-COLORS = {"$x_n$": "#e69f00", "$y_n$": "#0072b2"}
+COLORS = {"$x_n$": CONTRAST[1], "$y_n$": CONTRAST[0]}
 
 
 def film(experiment, run, size=(7.6, 3.0), dpi=80):

@@ -12,7 +12,7 @@ from mkt.figures.teuliere2009 import still
 from mkt.histograms import ColorBins, distance, learn, log_likelihood
 from mkt.kernels import Kernels
 from mkt.particles import SCHEMES, effective_sample_size, normalised
-from mkt.plotting import CURRENT, TRACKERS, TRUTH, draw_box, draw_region, draw_tracked, show_frame
+from mkt.plotting import CONTRAST, CURRENT, TRACKERS, TRUTH, draw_box, draw_region, draw_tracked, show_frame
 from mkt.regions import corners, displaced
 from mkt.scenarios import fast, hidden
 from mkt.trackers import catalogue
@@ -50,7 +50,7 @@ def newton(canvas, *, dx=24, turn=20, scale=1.2, layout="3x3", span=1.0, derivat
     upper.plot(distances, "o-", color=CURRENT, ms=4)
     upper.set(ylim=(0, 1), ylabel="distance $d_m$")
     remaining = {"position [px]": wrong.position, "angle [deg]": np.rad2deg(wrong.orientation), "size [%]": 100 * np.abs(np.expm1(wrong.scale))}
-    for (label, values), color, marker in zip(remaining.items(), ("#0072b2", "#e69f00", "#cc79a7"), "os^"):
+    for (label, values), color, marker in zip(remaining.items(), CONTRAST, "os^"):
         lower.semilogy(np.maximum(values, 0.03), marker=marker, ms=4, color=color, label=label)
     lower.set(ylim=(0.02, 900), xlabel="step", ylabel="error", xticks=range(0, STEPS + 1, 2))
     lower.minorticks_off()

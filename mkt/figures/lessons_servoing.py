@@ -9,15 +9,15 @@ from mkt.figures import figure
 from mkt.figures.teuliere2009_servoing import while_it_sees
 from mkt.kalman import OFF, RAW, Kalman, closed_loop
 from mkt.loop import Experiment, Servo
-from mkt.plotting import CURRENT, DESIRED, draw_box, draw_map, draw_region, show_frame
+from mkt.plotting import CONTRAST, CURRENT, DASHES, DESIRED, draw_box, draw_map, draw_region, show_frame
 from mkt.robot import Workspace, move
 from mkt.servo import interaction_matrix
 
 AXES = ("$v_x$", "$v_y$", "$v_z$", r"$\omega_x$", r"$\omega_y$", r"$\omega_z$")
 MOTIONS = ("moves right", "moves down", "moves forward", "looks up", "looks right", "rolls clockwise")
 NAMES = ("$x_n$", "$y_n$", "$a_n$", r"$\theta$")
-MOVED = "#d55e00"
-COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+MOVED = CONTRAST[1]
+STYLES = [{"color": color, "ls": dash} for dash in DASHES[:2] for color in CONTRAST]  # of motions along and, dashed, about the three axes
 PUSH = np.array([0.06] * 3 + [0.1, 0.1, 0.25])  # [m] and [rad]: far enough to be seen
 FILTERS = {"off": OFF, "raw": RAW, "Kalman": Kalman()}
 CAR = (0.0, 0.0, np.pi / 2)  # a place [m, rad]
@@ -88,11 +88,11 @@ def approach(canvas, *, gain=1.0, fps=5, delay=0, dof=6, turn=30):
         left.plot(*path.T, ".-", color="black", lw=1, ms=3.5)
     left.set(xlim=(-0.5, 319.5), ylim=(239.5, -0.5))
     upper, lower = canvas.subplots(2, 1, sharex=True, gridspec_kw={"left": 0.59, "right": 0.985, "bottom": 0.11, "top": 0.93, "hspace": 0.2})
-    for e, name, color in zip(r.errors.T, NAMES, COLORS):
-        upper.plot(r.times, e, ".-", color=color, ms=4, label=name)
-        upper.plot(r.times, e[0] * np.exp(-gain * r.times), ":", color=color, lw=1.2)
-    for v, name, color in zip(r.velocities.T, AXES, COLORS):
-        lower.step(r.times, v, where="post", color=color, label=name)
+    for e, name, style in zip(r.errors.T, NAMES, [*STYLES[:3], STYLES[5]]):
+        upper.plot(r.times, e, marker=".", ms=4, label=name, **style)
+        upper.plot(r.times, e[0] * np.exp(-gain * r.times), ":", color=style["color"], lw=1.2)
+    for v, name, style in zip(r.velocities.T, AXES, STYLES):
+        lower.step(r.times, v, where="post", label=name, **style)
     largest = 1.3 * np.abs(r.errors[0]).max()
     upper.set(ylim=(-largest, largest), ylabel="error", xlim=(0, 6))
     lower.set(ylabel="velocity [m/s, rad/s]", xlabel="time [s]")

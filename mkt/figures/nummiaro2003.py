@@ -20,7 +20,7 @@ from mkt.figures import figure
 from mkt.figures.runs import clip
 from mkt.histograms import ColorBins, coefficient
 from mkt.particles import EllipseMotion, multinomial, normalised, search
-from mkt.plotting import draw_box, draw_ellipse, draw_surface, show_frame
+from mkt.plotting import CONTRAST, draw_box, draw_ellipse, draw_surface, show_frame
 from mkt.regions import displaced
 from mkt.stories import TREE, doors, parking, students
 from mkt.tracking import track
@@ -30,7 +30,7 @@ from mkt.trackers.ellipses import Disc, JointHSV
 
 BINS = {"rgb 8x8x8": ColorBins("rgb"), "rgb 4x4x4": ColorBins("rgb", (4, 4, 4)), "hsv 8x8x4": JointHSV()}
 SAMPLE, MEAN, FOUND, MISSED = "black", "white", "#d62728", "0.45"
-PERSON, CAR = "#0072b2", "#d55e00"
+PERSON, CAR, _ = CONTRAST
 
 STEPS = {  # the printed box, step by step, and what does it here
     "1  select": (["draw $N$ samples with replacement:", "$c^{(n)} = c^{(n-1)} + \\pi^{(n)}$,   $c' = c\\,/\\,c^{(N)}$,", "$r$ uniform in [0, 1],",
@@ -171,7 +171,7 @@ def placements(scene):
 PLACEMENTS = list(placements(students(0)))
 
 
-@figure("nummiaro2003.fig3", size=(10, 4.1), placement=PLACEMENTS, particles=[25, 100, 400], frame=[TREE, TREE + 30])
+@figure("nummiaro2003.fig3", size=(10, 4.1), grid=("placement", "frame"), placement=PLACEMENTS, particles=[25, 100, 400], frame=[TREE, TREE + 30])
 def fig3(canvas, *, placement="doors and borders", particles=100, frame=TREE):
     """Samples that wait where the target may appear, and the condition by which they know it.
 

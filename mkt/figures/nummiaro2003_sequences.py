@@ -16,7 +16,7 @@ from mkt.trackers.ellipses import Disc
 
 RUNS, HEADS = 3, 2  # of figures 9 and 10; they differ in the tracker's random numbers
 PRINTED = 25  # frames from one ellipse of figure 4 to the next
-WITH, WITHOUT = "#009e73", "#cc79a7"
+WITH, WITHOUT = "#00986f", "#db88b6"
 PAPER = Adaptive()
 
 
@@ -148,7 +148,7 @@ def likeness(tracker, sequence, run):
     return frames, *np.array(both).T
 
 
-@figure("nummiaro2003.fig8", size=(10, 4.1), **_LEARN)
+@figure("nummiaro2003.fig8", size=(10, 4.1), grid=("alpha", "threshold"), **_LEARN)
 def fig8(canvas, *, alpha=0.2, threshold=PAPER.rho_min, turns=True, elliptic=False):
     """The car ahead, without (top) and with (bottom) model update.
 
@@ -178,7 +178,7 @@ def fig8(canvas, *, alpha=0.2, threshold=PAPER.rho_min, turns=True, elliptic=Fal
     return shown
 
 
-@figure("nummiaro2003.fig9", size=(10, 4.2), **_LEARN)
+@figure("nummiaro2003.fig9", size=(10, 4.2), grid=("alpha", "turns"), **_LEARN)
 def fig9(canvas, *, alpha=0.2, threshold=PAPER.rho_min, turns=True, elliptic=False):
     """The half axis H_x of the mean state, without and with model update.
 

@@ -8,7 +8,7 @@ import numpy as np
 from mkt.figures import figure
 from mkt.histograms import ColorBins, histograms, learn
 from mkt.kernels import PROFILES, Kernels
-from mkt.plotting import draw_histogram, draw_kernels, draw_map, draw_region, draw_surface, show_frame
+from mkt.plotting import CONTRAST, draw_histogram, draw_kernels, draw_map, draw_region, draw_surface, show_frame
 from mkt.regions import displaced, warp
 from mkt.scenes import Layer, Scene, sequence
 from mkt.textures import OBJECTS
@@ -124,7 +124,7 @@ def fig3(canvas, *, layout="3x3", span=1.0, bins="hsv", object="car", extent=20,
         ax = canvas.add_axes(place, projection="3d")
         draw_surface(ax, x, degrees, z, (0, 0.9), title=title, xlabel="x [px]", ylabel="rotation [deg]", zlabel="distance")
     cut = canvas.add_axes((0.08, 0.09, 0.88, 0.23))
-    for z, title, color in zip(surfaces, titles, ("#e69f00", "#0072b2")):
+    for z, title, color in zip(surfaces, titles, reversed(CONTRAST[:2])):
         cut.plot(degrees, z[:, 30], color=color, label=title, lw=2)
     cut.set(xlabel="rotation at the true place [deg]", ylabel="distance", ylim=(0, 0.7), xlim=(-60, 60), xticks=range(-60, 61, 20))
     cut.legend(loc="upper center", ncols=2)

@@ -10,7 +10,7 @@ from mkt import loop
 from mkt.figures import figure
 from mkt.kalman import OFF, RAW, Kalman
 from mkt.loop import Experiment, Servo, view
-from mkt.plotting import CURRENT, DESIRED, TRUTH, draw_box, draw_region, show_frame
+from mkt.plotting import CONTRAST, CURRENT, DESIRED, TRUTH, draw_box, draw_region, show_frame
 from mkt.regions import corners, wrap_angle
 from mkt.robot import circle, to_and_fro
 from mkt.trackers.catalogue import get
@@ -19,7 +19,7 @@ REVERSALS = 6.0, 7.4  # [s], printed: frames 30 and 37 at 5 frames a second
 LENGTH = 17.0  # [s]; the car stops after 13
 PATHS = {"to and fro": lambda speed, seed: to_and_fro(seed, speed), "circle": lambda speed, seed: circle(period=2 * np.pi * 0.08 / speed)}
 FEATURES = {"tracker": 0.0, "exact": 0.0, "1 px": 1.0, "2 px": 2.0, "3 px": 3.0, "5 px": 5.0}  # how far off a perfect tracker's are made
-OFF_COLOR, COLOR = "#d55e00", "#0072b2"
+COLOR, OFF_COLOR, _ = CONTRAST
 _GAIN, _SPEED, _FPS = [0.5, 1.0, 2.0], [0.02, 0.05, 0.08], [2.5, 5, 10, 25]
 _COMPENSATION = ["off", "raw", "Kalman"]
 
@@ -115,7 +115,7 @@ def fig9(canvas, *, ratio=1.0, rho=0.3, features="tracker", speed=0.05, seed=0):
     _mark_reversals(ax, 5)
     ax.axhline(0, color="0.6", lw=0.8)
     ax.step(np.arange(1, len(r.times)), truth, where="pre", color=TRUTH, lw=1.1, label="truth")
-    ax.plot(np.arange(1, len(r.times)), measured, "o", ms=3.5, color="#e69f00", label="measured")
+    ax.plot(np.arange(1, len(r.times)), measured, "o", ms=3.5, color=OFF_COLOR, label="measured")
     ax.plot(np.arange(len(r.times)), r.estimated[:, 1], color=COLOR, lw=2, label="estimated")
     off = rms(measured - truth), rms(estimated - truth)
     ax.set(xlim=(0, len(r.times) - 1), ylim=(-1, 1), xlabel="frame", ylabel=r"velocity of $y_n$ [1/s]")

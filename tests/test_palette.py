@@ -1,0 +1,64 @@
+"""Curves that share an axes can be told apart by colour-blind readers and in grey print."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from skimage.color import rgb2lab
+
+from mkt import figures
+from mkt.figures import cordoba2014_material, lessons_servoing, nummiaro2003, nummiaro2003_sequences
+from mkt.plotting import CONTRAST, CURRENT, DESIRED, TRACKERS, TRUTH
+
+DIFFERENT, LIGHTER = 20, 10  # in CIE Lab: about nine just noticeable differences of colour, and a tenth of the way from black to white
+# G. M. Machado, M. M. Oliveira, L. A. F. Fernandes: A physiologically-based model for simulation of color vision deficiency. IEEE TVCG 15 (6), 2009,
+# at severity 1, on linear RGB.
+BLINDNESS = {
+    "none": np.eye(3),
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+}
+SHARED = {  # colours that are drawn in one axes
+    "trackers of T09": [TRUTH, *TRACKERS.values()], "robot": [TRUTH, DESIRED, CURRENT], "two or three curves": [TRUTH, *CONTRAST],
+    "trackers of C14": [TRUTH, *cordoba2014_material.COLORS.values()], "person and car": [TRUTH, nummiaro2003.PERSON, nummiaro2003.CAR],
+    "learning": [TRUTH, nummiaro2003_sequences.WITH, nummiaro2003_sequences.WITHOUT],
+}
+each = pytest.mark.parametrize("colors", SHARED.values(), ids=SHARED)
+
+
+def seen(colors, matrix):
+    """Colours as CIE Lab (n, 3), as somebody sees them whose eyes do this to linear RGB."""
+    rgb = np.array([to_rgb(color) for color in colors])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    changed = np.clip(linear @ np.transpose(matrix), 0, 1)
+    return rgb2lab(np.where(changed <= 0.0031308, 12.92 * changed, 1.055 * changed ** (1 / 2.4) - 0.055)[None])[0]
+
+
+@each
+@pytest.mark.parametrize("matrix", BLINDNESS.values(), ids=BLINDNESS)
+def test_colours_of_one_axes_differ_whoever_looks(colors, matrix):
+    lab = seen(colors, matrix)
+    assert min(np.linalg.norm(a - b) for a, b in combinations(lab, 2)) >= DIFFERENT
+
+
+@each
+def test_colours_of_one_axes_differ_in_grey_print(colors):
+    lightness = np.sort(seen(colors, BLINDNESS["none"])[:, 0])
+    assert np.diff(lightness).min() >= LIGHTER
+
+
+def test_the_simulation_keeps_grey_and_confuses_red_with_green():
+    red_and_green = {name: np.linalg.norm(np.subtract(*seen(["#d62728", "#2ca02c"], matrix))) for name, matrix in BLINDNESS.items()}
+    assert all(np.abs(seen(["0.5"], matrix)[0, 1:]).max() < 2 for matrix in BLINDNESS.values())
+    assert max(red_and_green["protanopia"], red_and_green["deuteranopia"]) < red_and_green["none"] / 2 < red_and_green["tritanopia"]
+
+
+def test_where_colours_return_the_dashes_differ():
+    styles = [(style["color"], style["ls"]) for style in lessons_servoing.STYLES]
+    assert len(set(styles)) == len(styles) == 6
+    upper, lower = figures.get("own.approach").draw()[0].axes[1:]
+    for ax in (upper, lower):
+        drawn = [(line.get_color(), line.get_linestyle()) for line in ax.lines if not line.get_label().startswith("_")]
+        assert len(set(drawn)) == len(drawn) > 3
