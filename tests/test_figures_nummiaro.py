@@ -134,5 +134,5 @@ def test_fig9_the_update_hurts_when_only_the_size_changes():
 
 def test_fig10_the_head_is_followed_to_the_end():
     row = shown(sequences.fig10)
-    assert row["overlap"].shape == (sequences.HEADS, 450)
+    assert row["overlap"].shape == (sequences.RUNS, 450)
     assert row["overlap"].mean() > 0.5 and (row["overlap"][:, -30:].mean(1) > 0.25).all()

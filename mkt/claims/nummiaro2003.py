@@ -151,9 +151,9 @@ def drives(seed):
 def the_update_estimates_the_scale_better(runs):
     """When the appearance changes, the adaptive model estimates the scale better and keeps the target.
 
-    A car in traffic that grows and turns, with the update minus without; the kernel's radius is the printed one, with which the sentence on the scale does
-    not hold.  A tracker that has lost the car has a size too, and that counts here.  The last line is ours: when the scale alone changes, the model has
-    nothing to learn, and forgets its own size.
+    A car in traffic that grows and turns, with the update minus without, at alpha = .1 and with the printed radius of the kernel: there the sentence on the
+    scale does not hold.  A tracker that has lost the car has a size too, and that counts.  The last line is ours: when the scale alone changes, the model
+    has nothing to learn, and forgets its own size.
     """
     def gain(key, turns):
         return [row[True, turns][key] - row[False, turns][key] for row in over_seeds(drives, runs.seeds)]

@@ -14,7 +14,7 @@ from mkt.stories import PASSES, TREE, head, parking, students, traffic
 from mkt.trackers.adaptive import INITIALISING, Adaptive
 from mkt.trackers.ellipses import Disc
 
-RUNS, HEADS = 3, 2  # of figures 9 and 10; they differ in the tracker's random numbers
+RUNS = 2  # of figures 9 and 10; they differ in the tracker's random numbers
 PRINTED = 25  # frames from one ellipse of figure 4 to the next
 WITH, WITHOUT = "#00986f", "#db88b6"
 PAPER = Adaptive()
@@ -182,10 +182,10 @@ def fig8(canvas, *, alpha=0.2, threshold=PAPER.rho_min, turns=True, elliptic=Fal
 def fig9(canvas, *, alpha=0.2, threshold=PAPER.rho_min, turns=True, elliptic=False):
     """The half axis H_x of the mean state, without and with model update.
 
-    The sequence of figure 8.  Black is the truth, which the print does not have; coloured are several runs that differ in the tracker's random
+    The sequence of figure 8.  Black is the truth, which the print does not have; coloured are two runs that differ in the tracker's random
     numbers, the one of figure 8 thick.  At the right, how alike the model of that run is to the car as it looks at the time (full line) and to
     what is beside it (dotted): when the dotted line comes up to the full one, the tracker has learnt the background.  The paper finds the scale
-    estimated better with the update; with its radius ours is not, and the title says by how much.
+    estimated better with the update; the title says how it is here.
     """
     scene, shown = traffic(0, turns), {}
     sequence = clip(scene)
@@ -216,7 +216,7 @@ def fig10(canvas, *, alpha=0.02, bins="hsv 8x8x4", particles=100):
     follows a head in a factory to the end; this one, in a car before windows and a head-rest, is followed to the end too.
     """
     sequence, tracker = of(head), replace(PAPER, n=particles, alpha=alpha, bins=BINS[bins])
-    runs = [traced(tracker, head, seed) for seed in range(HEADS)]
+    runs = [traced(tracker, head, seed) for seed in range(RUNS)]
     iou = np.array([overlap(run.regions, sequence.truth) for run in runs])
     frames = np.linspace(0, len(sequence) - 1, 6).astype(int)
     for k, (ax, frame) in enumerate(zip(canvas.subplots(1, 6, gridspec_kw={"left": 0.005, "right": 0.995, "bottom": 0.58, "top": 0.97, "wspace": 0.03}), frames)):
