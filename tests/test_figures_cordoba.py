@@ -1,17 +1,22 @@
 """What the figures of [C14] must show; on the twins, whatever data there are."""
 
+import shutil
+
+import cv2
 import numpy as np
 import pytest
 
 from mkt import figures
 from mkt.figures.cordoba2014 import found_again, moments
-from mkt.figures.cordoba2014_material import TABLE, material, said, source
+from mkt.figures.cordoba2014_material import NAMES, TABLE, material, said, source
 from mkt.figures.cordoba2014_resampling import ancestors
 from mkt.figures.cordoba2014_table import _percent
 from mkt.particles import systematic
-from mkt.scenes import Scene
+from mkt.regions import to_box
+from mkt.scenes import Scene, sequence
 from mkt.trackers.catalogue import TRACKERS
 from mkt.tracking import Sequence
+from mkt.twins import TWINS
 
 
 @pytest.fixture(autouse=True)
@@ -33,13 +38,32 @@ def test_without_the_benchmark_a_twin_stands_in(kind):
     assert "synthetic twin" in said(kind, source(kind))
 
 
-def test_with_the_benchmark_its_sequence_is_used(tmp_path, monkeypatch):
-    folder = tmp_path / "bobot" / "Vid_B_cup"
-    folder.mkdir(parents=True)
+@pytest.fixture
+def bobot(tmp_path, monkeypatch):
+    """A small BoBoT whose six sequences are one: a twin's first frames, the object hidden in the last of them; MKT_DATA names it."""
+    clip = sequence(TWINS["pillars"](0))
+    first = tmp_path / "bobot" / f"{TABLE['clutter'].bobot}_x"
+    (first / "frames").mkdir(parents=True)
+    for k in range(16):
+        cv2.imwrite(str(first / "frames" / f"{k:04d}.png"), clip.frames[k][..., ::-1])
+    boxes = np.where(np.arange(16)[:, None] < 12, to_box(clip.truth[:16]) / [320, 240, 320, 240], 0)
+    (first / "truth.txt").write_text("\n".join(f"{k} " + " ".join(f"{x:.6f}" for x in box) for k, box in enumerate(boxes)))
+    for row in list(TABLE.values())[1:]:
+        shutil.copytree(first, first.parent / f"{row.bobot}_x")
     monkeypatch.setenv("MKT_DATA", str(tmp_path))
-    found = source("clutter")
-    assert found.folder == folder
-    assert isinstance(source("scale"), Scene)
+
+
+@pytest.mark.parametrize("name", ["fig1", "fig2", "ablation"])
+def test_with_the_benchmark_its_sequence_is_used_and_the_picture_says_so(name, bobot):
+    canvas, _ = drawn(name, **({"runs": 1} if name == "ablation" else {}))
+    assert "BoBoT/Vid_" in texts(canvas) and "CC BY-SA" in texts(canvas) and "synthetic" not in texts(canvas)
+
+
+def test_the_whole_table_has_a_column_for_each_tracker(bobot):
+    canvas, shown = drawn("table1", runs=1, also="all")
+    assert set(shown["names"]) == set(TRACKERS) and shown["means"].shape == (6, len(TRACKERS))
+    assert (shown["means"] <= 100 * 11 / 15 + 1e-9).all() and shown["means"][:, 0].min() > 50  # hidden in four of 15 frames
+    assert all(name in texts(canvas) for name in TRACKERS if name not in NAMES) and texts(canvas).count("BoBoT/Vid_") == 6
 
 
 def test_pillars_pfhr_finds_its_target_again_where_window_matching_does_not():
@@ -104,18 +128,18 @@ def occluded(visible):
 
 
 def test_found_again_is_counted_for_each_occlusion():
-    sequence = occluded([1] * 5 + [0] * 4 + [1] * 20 + [0] * 4 + [1] * 20)
-    seen = sequence.visibility > 0.5
+    clip = occluded([1] * 5 + [0] * 4 + [1] * 20 + [0] * 4 + [1] * 20)
+    seen = clip.visibility > 0.5
     iou = np.where(seen, 0.6, np.nan)[1:]
-    assert found_again(iou, sequence) == (2, 2)
+    assert found_again(iou, clip) == (2, 2)
     once = iou.copy()
     once[8:28] = 0
-    assert found_again(np.array([iou, once, np.minimum(iou, 0)]), sequence)[0].tolist() == [2, 1, 0]
+    assert found_again(np.array([iou, once, np.minimum(iou, 0)]), clip)[0].tolist() == [2, 1, 0]
     assert found_again(np.full(9, 0.5), occluded([1] * 10)) == (0, 0)
 
 
 def test_moments_show_each_occlusion_and_what_comes_after_it():
-    sequence = occluded([1] * 40 + [0] * 6 + [1] * 60 + [0] * 6 + [1] * 38)
-    frames = moments(sequence)
+    clip = occluded([1] * 40 + [0] * 6 + [1] * 60 + [0] * 6 + [1] * 38)
+    frames = moments(clip)
     assert len(frames) == 8 and frames == sorted(set(frames))
     assert {43, 56, 109, 122} <= set(frames)
