@@ -8,8 +8,9 @@ from matplotlib.colors import to_rgb
 from skimage.color import rgb2lab
 
 from mkt import figures
-from mkt.figures import cordoba2014_material, lessons_servoing, nummiaro2003, nummiaro2003_sequences
+from mkt.figures import cordoba2014_material, lessons_benchmark, lessons_servoing, nummiaro2003, nummiaro2003_sequences
 from mkt.plotting import CONTRAST, CURRENT, DESIRED, TRACKERS, TRUTH
+from mkt.trackers import catalogue
 
 DIFFERENT, LIGHTER = 20, 10  # in CIE Lab: about nine just noticeable differences of colour, and a tenth of the way from black to white
 # G. M. Machado, M. M. Oliveira, L. A. F. Fernandes: A physiologically-based model for simulation of color vision deficiency. IEEE TVCG 15 (6), 2009,
@@ -53,6 +54,11 @@ def test_the_simulation_keeps_grey_and_confuses_red_with_green():
     red_and_green = {name: np.linalg.norm(np.subtract(*seen(["#d62728", "#2ca02c"], matrix))) for name, matrix in BLINDNESS.items()}
     assert all(np.abs(seen(["0.5"], matrix)[0, 1:]).max() < 2 for matrix in BLINDNESS.values())
     assert max(red_and_green["protanopia"], red_and_green["deuteranopia"]) < red_and_green["none"] / 2 < red_and_green["tritanopia"]
+
+
+def test_all_trackers_of_the_library_in_one_axes_differ_in_colour_or_dashes():
+    styles = [tuple(style.values()) for style in lessons_benchmark._styles(list(catalogue.TRACKERS))]
+    assert len(set(styles)) == len(styles) > len(TRACKERS)
 
 
 def test_where_colours_return_the_dashes_differ():

@@ -6,11 +6,12 @@ from mkt.evaluation import HIT, LIMITS, overlaps, success, true_positives
 from mkt.figures import figure
 from mkt.figures.cordoba2014_material import NAMES, OVERALL, TABLE
 from mkt.figures.runs import clip, run
+from mkt.plotting import CONTRAST, DASHES, TRUTH
 from mkt.plotting import TRACKERS as COLORS
 from mkt.scenarios import SCENARIOS
 from mkt.trackers.catalogue import LABELS, SLOW, TRACKERS
 
-OTHERS = ("black", "#e69f00", "#8b5a2b", "#7f7f7f", "#bcbd22", "#17becf", "#9467bd", "#aec7e8")
+OTHERS = [(TRUTH, "-"), *((color, dash) for dash in DASHES[1:] for color in CONTRAST)]  # colours and dashes
 SCENES = ("look-alike", "occlusion")
 
 
@@ -19,35 +20,37 @@ def success_curves(canvas, *, limit=HIT, scene="occlusion", seed=0):
     """Success curves, and the ranking at one limit.
 
     Left, the share of frames whose overlap exceeds T_lim, against T_lim.  Right, the same share at the limit of the slider (dashed), in the same
-    colours: plain out of the frames in which the target is seen, hatched out of all frames, as [C14] counts; beside it the area under the curve, as
-    in OTB.  Synthetic data: one sequence, one run of each tracker of the library but MIL, which would take longer than all the others together.
+    colours and beside the same line: plain out of the frames in which the target is seen, hatched out of all frames, as [C14] counts; then the area
+    under the curve, as in OTB.  Synthetic data: one sequence, one run of each tracker of the library but MIL, which would take longer than all the others together.
     """
     sequence = clip(SCENARIOS[scene](seed))
     names = [name for name in TRACKERS if name not in SLOW]
     iou = overlaps(np.array([run(TRACKERS[name], SCENARIOS[scene](seed), seed).regions for name in names]), sequence)
     curves, seen, every = success(iou), true_positives(iou, limit), true_positives(iou, limit, hidden=True)
-    colors = dict(zip(names, _colors(names)))
+    styles = dict(zip(names, _styles(names)))
 
-    left, right = canvas.subplots(1, 2, gridspec_kw={"left": 0.06, "right": 0.93, "bottom": 0.11, "top": 0.92, "wspace": 0.62})
+    left, right = canvas.subplots(1, 2, gridspec_kw={"left": 0.055, "right": 0.95, "bottom": 0.11, "top": 0.92, "wspace": 0.9})
     for name, curve in zip(names, curves):
-        left.plot(LIMITS, curve, color=colors[name], lw=2)
+        left.plot(LIMITS, curve, lw=2, label=LABELS[name], **styles[name])
     left.axvline(limit, color="0.4", ls="--", lw=1)
     left.set(xlim=(0, 1), ylim=(0, 1.02), xlabel="$T_{lim}$", ylabel="share of the seen frames")
     order = np.argsort(seen, kind="stable")
-    right.barh(range(len(names)), 100 * seen[order], color=[colors[names[k]] for k in order])
+    right.barh(range(len(names)), 100 * seen[order], color=[styles[names[k]]["color"] for k in order])
     right.barh(range(len(names)), 100 * every[order], color="none", edgecolor="white", hatch="////", lw=0)
     right.set_yticks(range(len(names)), [LABELS[names[k]] for k in order], fontsize=8)
+    right.tick_params("y", length=0, pad=34)
     for y, k in enumerate(order):
+        right.plot([-0.12, -0.015], [y, y], lw=2, transform=right.get_yaxis_transform(), clip_on=False, **styles[names[k]])
         right.text(104, y, f"{curves[k].mean():.2f}", va="center", fontsize=9)
     right.text(104, len(names) - 0.4, "area", fontsize=9, weight="bold")
     right.set(xlim=(0, 100), ylim=(-0.6, len(names) - 0.4), xlabel="true positives [%]", title=f"ranking at $T_{{lim}}$ = {limit:g}")
     return {"names": names, "curves": curves, "area": curves.mean(1), "seen": seen, "all": every}
 
 
-def _colors(names):
-    """The colour of each tracker: that of the plots where it has one."""
-    others = iter(OTHERS * 2)
-    return [COLORS[name] if name in COLORS else next(others) for name in names]
+def _styles(names):
+    """Colour and dashes of each tracker: a full line in its colour of the plots where it has one."""
+    others = iter(OTHERS)
+    return [dict(zip(("color", "ls"), (COLORS[name], "-") if name in COLORS else next(others))) for name in names]
 
 
 LENGTHS = {"A": 602, "B": 629, "F": 453, "G": 716, "I": 1017}  # rows of truth in BoBoT; the first is where a tracker starts
@@ -104,7 +107,7 @@ def _draw_table(ax, cells, means):
     """The printed table with its counts, and its last line against the means of the columns."""
     ax.set_axis_off()
     ax.set(xlim=(0, 1), ylim=(8.3, -0.6))
-    columns = (0.27, 0.5, 0.73)
+    columns = (0.31, 0.53, 0.75)
     for x, text in zip((0.0, *columns, 0.93), ("Table 1 of [C14]", *NAMES.values(), "n")):
         ax.text(x, 0, text, weight="bold")
     for y, (name, row) in enumerate(cells.items(), 1):
