@@ -124,7 +124,7 @@ def test_a_run_leaves_a_film_a_table_and_the_settings(panel, place):
     assert panel.state == READY and sorted(path.name for path in place.glob("tracked/*")) == ["car-pf-75.csv", "car-pf-75.json", "car-pf-75.webm"]
     film = VideoFile(panel.output)
     assert len(film) == LENGTH == len(panel.output.with_suffix(".csv").read_text().splitlines()) - 1
-    assert panel.report.film.value == panel.output.read_bytes() and "Written" in panel.report.note.value
+    assert panel.report.children[-1].value == panel.output.read_bytes() and "Written" in panel.report.note.value
 
 
 def test_the_settings_of_a_run_give_the_same_table_again(panel, place, capsys):

@@ -49,10 +49,9 @@ class Workbench(ipywidgets.VBox):
         self.stop = ipywidgets.Button(description="stop", icon="stop", tooltip="end it and keep what was done")
         for name, button in ("track", self.track), ("stop", self.stop):
             button.add_class(f"mkt-{name}")
-        left = ipywidgets.VBox([self.picker], layout={"width": "490px", "max_width": "100%", "overflow": "hidden"})
-        right = ipywidgets.VBox([self.report], layout={"width": "490px", "max_width": "100%"})
-        super().__init__([self.source, ipywidgets.HBox([left, right], layout={"flex_flow": "row wrap", "grid_gap": "12px"}), self.method,
-                          ipywidgets.HBox([self.track, self.stop])])
+        half = {"flex": "1 1 380px", "max_width": "490px", "overflow": "hidden"}
+        pictures = ipywidgets.HBox([ipywidgets.VBox([part], layout=half) for part in (self.picker, self.report)], layout={"flex_flow": "row wrap", "grid_gap": "12px"})
+        super().__init__([self.source, self.method, ipywidgets.HBox([self.track, self.stop]), pictures])
         self.add_class("mkt-workbench")
         self.source.observe(self._opened, "path")
         self.source.camera.on_click(lambda _: self._begin(self._record))

