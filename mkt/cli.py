@@ -161,7 +161,7 @@ def run_book(args):
 
     try:
         print(f"The book is ready: open {book.build().as_uri()}")
-    except book.BookError as error:
+    except (book.BookError, OSError) as error:
         sys.exit(str(error))
 
 
@@ -269,6 +269,7 @@ def run_bench(args):
 def run_bench_tracking(args):
     """Rank the trackers, print the tables, and write them or the runs into a file if asked to."""
     from mkt import leaderboard, sweeps
+    from mkt.files import whole
 
     try:
         if args.output and not (args.output.parent.is_dir() and args.output.suffix in (".csv", ".md")):
@@ -281,7 +282,8 @@ def run_bench_tracking(args):
         if args.output and args.output.suffix == ".csv":
             sweeps.table(board.rows, args.output)
         elif args.output:
-            args.output.write_text(text + "\n", encoding="utf-8")
+            with whole(args.output) as half:
+                half.write_text(text + "\n", encoding="utf-8")
     except (KeyError, ValueError, OSError) as error:
         sys.exit(f"mkt bench: {error.args[0] if isinstance(error, KeyError) else error}")
     for trouble in troubles:

@@ -25,6 +25,7 @@ from tqdm import tqdm
 
 import mkt
 from mkt import archives
+from mkt.files import whole
 
 KEYS = {  # what each format calls the four facts
     ".png": ("Title", "Comment", "Software", "Source"), ".pdf": ("Title", "Keywords", "Creator", "Subject"),
@@ -56,7 +57,8 @@ def write(entry, path, parameters):
     except (ValueError, IndexError, ArithmeticError) as error:
         values = ", ".join(f"{name}={value}" for name, value in parameters.items()) or "its defaults"
         raise ValueError(f"{entry.id} cannot be drawn with {values}: {error}") from error
-    save(canvas, numbers, path, facts(entry, parameters))
+    with whole(path) as half:
+        save(canvas, numbers, half, facts(entry, parameters))
 
 
 def write_all(entries, folder, format):
@@ -84,7 +86,9 @@ def save(canvas, numbers, path, facts, largest=np.inf):
     if ending == ".csv":
         return _save_table(canvas, numbers, path, named)
     with matplotlib.rc_context({"svg.hashsalt": "mkt"}):
-        canvas.savefig(path, metadata=named | UNDATED.get(ending, {}))
+        picture = io.BytesIO()  # not the file itself: a PDF that cannot be written ends in an error that says nothing
+        canvas.savefig(picture, format=ending[1:], metadata=named | UNDATED.get(ending, {}))
+    path.write_bytes(picture.getvalue())
     if ending == ".pdf" and path.stat().st_size > largest:
         _save_light(canvas, path, named)
 

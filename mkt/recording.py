@@ -15,9 +15,11 @@ import cv2
 import numpy as np
 from tqdm import tqdm
 
+from mkt.files import named, whole
 from mkt.plotting import CURRENT, DESIRED, canvas
 from mkt.regions import corners
 from mkt.tracking import follow
+from mkt.video import DataError, VideoFile
 
 CODECS = {".webm": "VP80", ".mkv": "FFV1", ".avi": "MJPG"}
 COLUMNS = ("frame", "cx [px]", "cy [px]", "theta [deg]", "hx [px]", "hy [px]", "score", "lost")
@@ -46,26 +48,45 @@ class Recorder:
     """
 
     def __init__(self, output, sequence, title=""):
-        self.done, self._title, self._files = 0, title, ExitStack()
+        self.done, self._title, self._output, self._files = 0, title, Path(output), ExitStack()
         with self._files as opened:
             self._writer = opened.enter_context(video(output, sequence.frames[0].shape[1::-1], sequence.fps))
-            self._table = csv.writer(opened.enter_context(open(Path(output).with_suffix(".csv"), "w", newline="")))
-            self._table.writerow(COLUMNS)
+            with self._named():
+                self._table = csv.writer(opened.enter_context(open(self._output.with_suffix(".csv"), "w", newline="")))
+                self._table.writerow(COLUMNS)
             self._files = opened.pop_all()
 
     def __enter__(self):
         return self
 
-    def __exit__(self, *_):
-        self._files.close()
+    def __exit__(self, kind, *_):
+        with self._named():
+            self._files.close()
+        if kind is None and self.done:
+            _check_written(self._output, self.done)
+
+    def _named(self):
+        return named(self._output.with_suffix(".csv"))
 
     def add(self, frame, info):
         """Write the next frame (H, W, 3) uint8 with its info.  Returns the picture that went into the video, RGB."""
         picture = annotated(frame, info, f"{self.done} {self._title}")
-        self._table.writerow(row(self.done, info))
+        with self._named():
+            self._table.writerow(row(self.done, info))
         self.done += 1
         self._writer.write(picture[..., ::-1])  # last, for an interruption shows after the call that took longest
         return picture
+
+
+def _check_written(path, frames):
+    """Raise OSError unless a video holds as many frames as were given to it: OpenCV does not say when the disk is full."""
+    try:
+        with quiet():
+            found = len(VideoFile(path))
+    except DataError:
+        found = 0
+    if found < frames:
+        raise OSError(f"{path}: only {found} of {frames} frames could be written; make room there, or choose another place")
 
 
 def begun(tracker, sequence, seed=0, start=None):
@@ -163,7 +184,8 @@ def quiet():
 def ask_for_box(sequence, output):
     """Write the first frame under a grid of pixels next to the output.  Returns a text that says how to read a box off it."""
     path = Path(output).with_name(Path(output).stem + "-first-frame.png")
-    pixel_grid(sequence.frames[0]).savefig(path)
+    with whole(path) as half:
+        pixel_grid(sequence.frames[0]).savefig(half)
     return (f"no --box: where is the target?  Open {path}, the first frame with a grid in pixels.\n"
             "Read off x,y of the target's upper left corner, its width w and its height h, and run this again with --box x,y,w,h")
 

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from mkt import datasets
+from mkt.files import whole
 from mkt.regions import from_box, to_box
 from mkt.trackers import catalogue
 from mkt.video import IMAGES, DataError, existing_file
@@ -62,8 +63,9 @@ class Settings:
         return replace(clip, truth=truth)
 
     def save(self, path):
-        """Write the settings as JSON, with the versions that have just been used."""
-        Path(path).write_text(json.dumps(asdict(self) | {"versions": versions()}, indent=2) + "\n", encoding="utf-8")
+        """Write the settings as JSON, with the versions that have just been used.  Raises OSError."""
+        with whole(path) as half:
+            half.write_text(json.dumps(asdict(self) | {"versions": versions()}, indent=2) + "\n", encoding="utf-8")
 
 
 def settled(video, box, tracker="guided", numbers=None, seed=0):

@@ -20,10 +20,8 @@ import ast
 import csv
 import hashlib
 import json
-import os
 import sys
 import time
-import uuid
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -38,6 +36,7 @@ from tqdm import tqdm
 
 from mkt.archives import Found
 from mkt.evaluation import HIT, errors, judged, overlaps, success, true_positives
+from mkt.files import whole
 from mkt.scenarios import SCENARIOS
 from mkt.scenes import sequence
 from mkt.tracking import follow, track
@@ -162,7 +161,10 @@ def known(jobs, cache=CACHE):
 
 
 def sweep(jobs, processes=-1, cache=CACHE):
-    """Do all jobs that are not yet in the cache, in parallel, with a progress bar.  Returns their rows in order, list of dicts."""
+    """Do all jobs that are not yet in the cache, in parallel, with a progress bar.  Returns their rows in order, list of dicts.
+
+    Raises OSError when a row cannot be kept, as on a full disk; those before it are.
+    """
     rows = known(jobs, cache)
     missing = sorted((k for k, row in enumerate(rows) if row is None), key=lambda k: jobs[k].scene)
     groups = [list(group) for _, group in groupby(missing, lambda k: jobs[k].scene)]  # one scene is rendered once, for all of its trackers
@@ -207,9 +209,8 @@ def _kept(place):
 def _keep(row, place):
     """Put a row into the cache in one piece, whoever else may be doing the same."""
     place.parent.mkdir(parents=True, exist_ok=True)
-    half = place.with_suffix(f".{uuid.uuid4().hex}")
-    half.write_text(json.dumps(row))
-    os.replace(half, place)
+    with whole(place) as half:
+        half.write_text(json.dumps(row))
 
 
 @lru_cache(maxsize=1)
@@ -273,8 +274,8 @@ def _summary(cell):
 
 
 def table(rows, path):
-    """Write rows, dicts of the same keys, as one CSV file with a head line: the rows of a sweep, or their summaries."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
+    """Write rows, dicts of the same keys, as one CSV file with a head line: the rows of a sweep, or their summaries.  Raises OSError."""
+    with whole(path) as half, half.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)

@@ -9,10 +9,11 @@ PACKAGE = Path(__file__).parent.parent / "mkt"
 
 # Each module may import those named here and nothing else of the package.
 CORE = {"regions", "kernels", "histograms", "particles", "tracking"}
-MATERIAL = CORE | {"trackers", "textures", "scenes", "scenarios", "stories", "twins", "archives", "video", "datasets", "evaluation", "plotting", "servo", "kalman", "robot", "loop"}
+MATERIAL = CORE | {"files", "trackers", "textures", "scenes", "scenarios", "stories", "twins", "archives", "video", "datasets", "evaluation", "plotting", "servo", "kalman", "robot", "loop"}
 ALLOWED = {
     "__init__": set(),
     "__main__": {"cli"},
+    "files": set(),
     "regions": set(),
     "kernels": {"regions"},
     "histograms": {"regions", "kernels"},
@@ -27,15 +28,15 @@ ALLOWED = {
     "stories": {"datasets", "scenes", "tracking"},
     "twins": {"scenes"},
     "archives": {"datasets", "evaluation", "video"},
-    "sweeps": CORE | {"archives", "evaluation", "scenarios", "scenes", "twins"},
+    "sweeps": CORE | {"archives", "evaluation", "files", "scenarios", "scenes", "twins"},
     "evaluation": {"regions", "tracking"},
     "servo": {"regions"},
     "kalman": {"servo"},
     "robot": {"regions", "servo", "textures"},
     "loop": {"regions", "tracking", "servo", "kalman", "robot"},
     "plotting": {"regions", "kernels", "histograms", "tracking"},
-    "recording": {"regions", "tracking", "plotting"},
-    "settings": {"regions", "trackers", "datasets", "video"},
+    "recording": {"files", "regions", "tracking", "plotting", "video"},
+    "settings": {"files", "regions", "trackers", "datasets", "video"},
     "webcam": {"recording", "video"},
     "workbench": MATERIAL | {"recording", "animation", "settings", "webcam", "workbench"},
     "animation": {"recording"},

@@ -2,10 +2,11 @@
 
 import ast
 import copy
-import os
 
 import nbformat
 from IPython.core.inputtransformer2 import TransformerManager
+
+from mkt.files import whole
 
 HELPERS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)
 PICTURES = ("image/png", "text/html")
@@ -30,9 +31,8 @@ def strip_file(path):
     after = strip(before)
     if after == before:
         return False
-    fresh = path.with_suffix(".stripped")
-    fresh.write_text(nbformat.writes(after) + "\n", encoding="utf-8")
-    os.replace(fresh, path)
+    with whole(path) as half:
+        half.write_text(nbformat.writes(after) + "\n", encoding="utf-8")
     return True
 
 

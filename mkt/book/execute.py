@@ -23,6 +23,7 @@ from traitlets.config import Config
 
 from mkt.book.catalogue import ROOT, BookError
 from mkt.book.checks import strip
+from mkt.files import whole
 
 SLICE = 0.25  # [s] between two looks for a reply
 KERNELS = 2
@@ -164,7 +165,6 @@ async def _timed(chapter, folder, gate, bar):
         notebook = await run(chapter, bar.update)
     tqdm.write(f"{chapter.name}: {time.monotonic() - start:.1f} s", file=sys.stderr)
     notebook.metadata["mkt_key"] = key(chapter)
-    fresh = folder / f"{chapter.name}.fresh"
-    fresh.write_text(nbformat.writes(notebook), encoding="utf-8")
-    os.replace(fresh, folder / chapter.notebook.name)
+    with whole(folder / chapter.notebook.name) as half:
+        half.write_text(nbformat.writes(notebook), encoding="utf-8")
     return notebook

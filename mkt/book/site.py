@@ -15,6 +15,7 @@ from mkt.book import pages
 from mkt.book.catalogue import NOTEBOOKS, BookError
 from mkt.book.checks import figure_cells
 from mkt.book.execute import library_key
+from mkt.files import named
 
 STYLE = Path(__file__).with_name("mkt.css")
 THUMBNAIL_DPI, LARGEST_PDF = 120, 1_000_000  # [bytes]
@@ -26,8 +27,9 @@ def make(book, notebooks, results, boards, folder):
     Returns the path of the first page.
     """
     source = folder / "source"
-    write(_sources(book, notebooks, results, boards), source)
-    draw_all(source / page.FILES)
+    with named(source):
+        write(_sources(book, notebooks, results, boards), source)
+        draw_all(source / page.FILES)
     return render(source, folder)
 
 
