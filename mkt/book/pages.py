@@ -14,7 +14,7 @@ from mkt.claims.listing import measured
 from mkt.leaderboard import as_markdown
 from mkt.page import FILES
 
-EXTENSIONS = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "mkt.book.math_svg", "mkt.book.docstrings"]
+EXTENSIONS = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "mkt.book.math_svg", "mkt.book.navigation", "mkt.book.docstrings"]
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
 BADGES = {HOLDS: ("holds", "✓"), IN_PART: ("part", "◐"), FAILS: ("fails", "✗")}  # class and sign beside the words
 
@@ -30,7 +30,7 @@ def configuration(book):
         "autodoc_default_options": {"members": True, "member-order": "bysource"}, "autodoc_preserve_defaults": True,
         "html_theme": "furo", "html_static_path": ["_static"], "html_css_files": ["mkt.css"], "html_show_copyright": False,
         "html_copy_source": False, "html_show_search_summary": False, "html_show_sourcelink": False,
-        "pygments_style": "friendly", "pygments_dark_style": "github-dark",
+        "pygments_style": "a11y-light", "pygments_dark_style": "github-dark",
         "html_theme_options": {f"{mode}_css_variables": {"color-brand-primary": color, "color-brand-content": color}
                                for mode, color in ACCENT.items()},
     }
@@ -108,8 +108,7 @@ def gallery(book):
 
 def _card(entry, chapter):
     page, title = f"{chapter.name}.html", html.escape(entry.title.rstrip("."))
-    return (f'<div class="mkt-card"><a href="{page}#{anchor(entry.id)}"><img loading="lazy" src="{FILES}/{entry.id}.webp" alt=""></a>'
-            f'<p><a href="{page}#{anchor(entry.id)}">{title}</a></p>'
+    return (f'<div class="mkt-card"><p><a href="{page}#{anchor(entry.id)}"><img loading="lazy" src="{FILES}/{entry.id}.webp" alt="">{title}</a></p>'
             f'<p><code>{entry.id}</code> · <a href="{page}">{html.escape(chapter.title)}</a> · '
             f'<a href="{_source(entry)}">source</a></p></div>\n')
 
