@@ -152,6 +152,10 @@ def vot(folder):
     folder = existing_folder(folder)
     path, color = folder / "groundtruth.txt", folder / "color"
     lines, rows = _numbers(path, (4, 8))
+    missing = np.isnan(rows)
+    part = missing.any(1) & ~missing.all(1)
+    if part.any():
+        raise DataError(path, "some of its numbers are NaN", "correct the row: a hidden target has NaN in all", lines[part.argmax()])
     rotated = rows.shape[1] == 8
     regions = _from_polygons(rows.reshape(-1, 4, 2)) if rotated else from_box(rows)
     return _sequence(folder, ImageFolder(color if color.is_dir() else folder), regions, path, lines, "VOT", upright=not rotated)
@@ -191,6 +195,9 @@ def mot(folder, id):
     truth, visibility = np.full((len(frames), 5), np.nan), np.zeros(len(frames))
     truth[index] = from_box(rows[:, 2:6] - _ONE_BASED)
     visibility[index] = rows[:, 8] if rows.shape[1] == 9 else 1
+    strange = (visibility[index] < 0) | (visibility[index] > 1)
+    if strange.any():
+        raise DataError(path, "the visibility does not lie between 0 and 1", "correct the row", lines[strange.argmax()])
     _check(path, lines, truth[index], frames)
     return Sequence(f"{Path(folder).resolve().name}-{id}", frames, truth, visibility, "MOT", upright=True, fps=frames.fps)
 
@@ -198,13 +205,16 @@ def mot(folder, id):
 def mot_main(folder):
     """The target with the most annotated frames of a MOT sequence, from its first frame to its last, as one `Sequence`.  Raises DataError."""
     path = existing_folder(folder) / "gt" / "gt.txt"
-    _, rows = _numbers(path, (9, 10))
+    lines, rows = _numbers(path, (9, 10))
+    _refuse_nan(path, lines, rows)
     ids, counts = np.unique(rows[rows[:, 6] != 0, 1], return_counts=True)  # confidence 0 marks what is not to be scored
     if not ids.size:
         raise DataError(path, "no target is to be scored", "download it again: each row's seventh number is 0")
     whole = mot(folder, int(ids[counts.argmax()]))
-    first, last = np.flatnonzero(whole.visibility > 0)[[0, -1]]
-    part = slice(first, last + 1)
+    seen = np.flatnonzero(whole.visibility > 0)
+    if not seen.size:
+        raise DataError(path, f"the target {whole.name.rpartition('-')[2]} is never visible", "choose another one with `mot`")
+    part = slice(seen[0], seen[-1] + 1)
     return replace(whole, frames=whole.frames[part], truth=whole.truth[part], visibility=whole.visibility[part])
 
 
@@ -219,7 +229,7 @@ def _mot_index(path, lines, numbers, length):
 
 
 def _truth_files(folder):
-    return sorted(f for f in folder.glob("*.txt") if f.stem.lower() not in ("source", "license", "readme"))
+    return sorted(f for f in folder.glob("*.txt") if f.is_file() and f.stem.lower() not in ("source", "license", "readme"))
 
 
 def _only(folder, found, what):
@@ -235,8 +245,7 @@ def _numbers(path, widths, header=False):
     widths: the numbers a row may have, the same in all rows; header: the first line may be words.
     Returns the line of each row (T,) int, counted from 1, and the rows (T, n) float.
     """
-    text = existing_file(path).read_text("utf-8-sig", "replace")
-    table = [(n, re.split(r"[,;\s]+", line.strip(" \t,;"))) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
+    table = [(n, re.split(r"[,;\s]+", line.strip(" \t,;"))) for n, line in enumerate(_lines(path), 1) if line.strip()]
     if header and table and _number(table[0][1][0]) is None:
         table = table[1:]
     if not table:
@@ -245,9 +254,21 @@ def _numbers(path, widths, header=False):
     return np.array([n for n, _ in table]), np.array([_row(path, n, fields, width) for n, fields in table])
 
 
+def _lines(path):
+    """The lines of a text file.  Raises DataError for what is no text, and for lines with two signs between numbers."""
+    text = existing_file(path).read_text("utf-8-sig", "replace")
+    if "\0" in text:
+        raise DataError(path, "no plain text: it holds bytes of zero, as UTF-16 does", "save it as UTF-8, or download it again")
+    for n, line in enumerate(text.splitlines(), 1):
+        if ";" in line.strip(";") and "," in line.strip(","):
+            raise DataError(path, "both commas and semicolons", "separate numbers by one of them, and write 9.5, not 9,5", n)
+    return text.splitlines()
+
+
 def _row(path, line, fields, width):
     if len(fields) != width:
-        raise DataError(path, f"{len(fields)} numbers, but {width} are needed", "correct the row", line)
+        hint = ", and write 9.5, not 9,5" if len(fields) == 2 * width else ""
+        raise DataError(path, f"{len(fields)} numbers, but {width} are needed", f"correct the row{hint}", line)
     values = [_number(field) for field in fields]
     for field, value in zip(fields, values):
         if value is None or np.isinf(value):
@@ -257,7 +278,7 @@ def _row(path, line, fields, width):
 
 def _number(field):
     try:
-        return float(field)
+        return None if "_" in field else float(field)  # Python's own 1_000
     except ValueError:
         return None
 
