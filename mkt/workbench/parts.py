@@ -81,6 +81,7 @@ class Method(ipywidgets.HBox):
 
     @property
     def numbers(self):
+        """The tracker's numbers as the fields have them, {name: value}."""
         return {field.description: field.value for field in self._fields.children}
 
     def enable(self, on):
