@@ -35,6 +35,9 @@ def overlap(regions, truth, upright=False):
 
     regions, truth: (..., 5) [px, rad]; upright: compare the upright boxes round them, for truths without an orientation.
     Returns (...) in [0, 1], NaN where either is not finite.
+
+    >>> overlap([50, 40, 0, 20, 10], [[50, 40, 0, 20, 10], [70, 40, 0, 20, 10], [50, 40, 0, 10, 10]]).round(3)  # the same; half beside it; half of it
+    array([1.   , 0.333, 0.5  ])
     """
     regions, truth = np.broadcast_arrays(np.asarray(regions, float), np.asarray(truth, float))
     known = np.isfinite(regions).all(-1) & np.isfinite(truth).all(-1)

@@ -55,6 +55,10 @@ class ColorBins:
     counts: bins a channel; None takes 10, 10, 10 for hsv, 8, 8, 8 for rgb [N03], 10, 10 for hs [C14].
 
     Raises ValueError naming the field.  Notebook 01.
+
+    >>> bins = ColorBins()
+    >>> bins(np.array([[[255, 0, 0], [200, 0, 0], [128, 128, 128]]], np.uint8)).tolist()  # two reds of one hue and saturation; a grey
+    [[9, 9, 105]]
     """
 
     space: str = "hsv"
@@ -206,6 +210,9 @@ def coefficient(q, reference):
     """Bhattacharyya coefficient rho = sum_u sqrt(q_u q*_u) in [0, 1]: (3) of [T09], (5) of [N03], (7) of [C14].
 
     q: (..., m) and reference: broadcastable to it, each of sum 1 or all zero.  Returns (...).
+
+    >>> coefficient([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.0, 0.0, 1.0]], [0.5, 0.5, 0.0]).round(9)  # all alike, half, nothing
+    array([1. , 0.5, 0. ])
     """
     return np.einsum("...m,...m->...", np.sqrt(q), np.sqrt(reference))
 

@@ -38,6 +38,10 @@ class Kernels:
     samples:  about how many points.  Fewer are faster; more lower the sampling floor and steady an optimiser.
 
     Raises ValueError naming the field.  Figure 2 of [T09]; notebook 01.
+
+    >>> nine = Kernels("3x3").fitted([50, 40, 0, 20, 10])
+    >>> nine.aspect, nine.weights.shape[0], nine.weights.sum(1).round(9).tolist()[:3]
+    (2.0, 9, [1.0, 1.0, 1.0])
     """
 
     layout: str = "3x3"

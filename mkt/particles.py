@@ -95,6 +95,9 @@ def normalised(log_weights):
     """Weights of sum 1 from their logarithms, (N,); equal ones when none is finite.
 
     Working in the log domain keeps the ratios of weights that are all too small to be written down.
+
+    >>> normalised([-2000, -2000 + np.log(3)]).round(9)  # exp(-2000) is 0 to a computer
+    array([0.25, 0.75])
     """
     log_weights = np.asarray(log_weights, float)
     top = log_weights.max()
@@ -105,7 +108,11 @@ def normalised(log_weights):
 
 
 def effective_sample_size(weights):
-    """N_eff = 1 / sum w^2 in [1, N], for weights of sum 1; (5) of [C14] with the square that its listing has and its formula lost."""
+    """N_eff = 1 / sum w^2 in [1, N], for weights of sum 1; (5) of [C14] with the square that its listing has and its formula lost.
+
+    >>> float(effective_sample_size([0.25, 0.25, 0.25, 0.25])), float(effective_sample_size([1, 0, 0, 0]))
+    (4.0, 1.0)
+    """
     return 1.0 / np.sum(np.square(weights))
 
 
@@ -124,7 +131,11 @@ def multinomial(weights, rng):
 
 
 def stratified(weights, rng):
-    """One draw in each of N equal strata of [0, 1)."""
+    """One draw in each of N equal strata of [0, 1).
+
+    >>> stratified([0.5, 0.0, 0.25, 0.25], np.random.default_rng(0)).tolist()  # who weighs twice its share has two children
+    [0, 0, 2, 3]
+    """
     n = len(weights)
     return search(weights, (np.arange(n) + rng.random(n)) / n)
 

@@ -68,6 +68,10 @@ def warp(regions, points):
     """Carry canonical points into the image.
 
     regions: (..., 5) [px, rad]; points: (n, 2) canonical.  Returns (..., n, 2) [px].
+
+    >>> quarter = np.pi / 2
+    >>> warp([50, 40, quarter, 20, 10], [[1, 0]]).round(9)  # the right end of an object that was turned clockwise lies below its centre
+    array([[50., 60.]])
     """
     a = warp_matrices(regions)
     return np.asarray(points) @ np.swapaxes(a[..., :2], -1, -2) + a[..., None, :, 2]
@@ -105,6 +109,9 @@ def from_box(box, angle=0.0):
 
     Pixel 0 covers [0, 1] in box coordinates and has its centre at 0 in regions, hence the half pixel.
     box: (..., 4) [px]; angle: (...) [rad], about the centre.  Returns (..., 5).
+
+    >>> from_box([0, 0, 1, 1])  # the first pixel alone
+    array([0. , 0. , 0. , 0.5, 0.5])
     """
     x, y, w, h = np.moveaxis(np.asarray(box, float), -1, 0)
     return np.stack([x + w / 2 - 0.5, y + h / 2 - 0.5, np.broadcast_to(angle, x.shape), w / 2, h / 2], -1)
