@@ -31,7 +31,7 @@ class Source(ipywidgets.VBox):
     path = traitlets.Unicode()
 
     def __init__(self):
-        self.listed = ipywidgets.Dropdown(description="video", layout={"width": "22em"})
+        self.listed = ipywidgets.Dropdown(description="video", layout={"width": "24em"})
         self.again = ipywidgets.Button(icon="refresh", tooltip="look again for videos in this folder", layout={"width": "3em"})
         self.other = ipywidgets.Text(description="or a path", placeholder="/home/me/ball.mp4, or a folder of images", continuous_update=False, layout={"width": "28em"})
         self.seconds = ipywidgets.BoundedIntText(10, min=1, max=600, description="or record", layout={"width": "11em"})
@@ -39,7 +39,8 @@ class Source(ipywidgets.VBox):
         self.camera.add_class("mkt-webcam")
         self.listed.observe(self._choose, "value")
         self._look()
-        super().__init__([ipywidgets.HBox([self.listed, self.again, self.other, self.seconds, self.camera], layout={"flex_flow": "row wrap"})])
+        film = ipywidgets.HBox([self.seconds, self.camera])
+        super().__init__([ipywidgets.HBox([self.listed, self.again, self.other, film], layout={"flex_flow": "row wrap"})])
         self.again.on_click(self._look)
         self.other.observe(self._choose, "value")
 
@@ -146,8 +147,7 @@ class Report(ipywidgets.VBox):
     def finish(self, output, whole):
         """Say what was written and how to have it again, and show the film.  output: its path; whole: a word if it was stopped, else empty."""
         self.clear("")
-        files = ", ".join(f"<code>{html.escape(str(output.with_suffix(kind)))}</code>" for kind in (".webm", ".csv", ".json"))
-        self.note.value = (f"{whole}Written: {files}.<br>The same track again: "
+        self.note.value = (f"{whole}Written: <code>{html.escape(str(output))}</code>, <code>.csv</code> and <code>.json</code>.<br>The same track again: "
                            f"<code>python3 -m mkt track --settings {html.escape(shlex.quote(str(output.with_suffix('.json').resolve())))}</code>")
         if output.stat().st_size < LARGEST:
             film = ipywidgets.Video.from_file(output, format="webm", autoplay=False, loop=False, layout={"width": "100%"})
