@@ -118,7 +118,7 @@ class Report(ipywidgets.VBox):
         expected = isinstance(error, (ValueError, OSError))
         text = str(error) if expected else "".join(traceback.format_exception(error, limit=-3))
         self.clear("")
-        self.note.value = f'<pre role="alert" style="color: #b00020; white-space: pre-wrap; margin: 0">{html.escape(text)}</pre>'
+        self.note.value = f'<div role="alert" style="color: var(--jp-error-color0, #b00020); white-space: pre-wrap; line-height: 1.5">{html.escape(text)}</div>'
 
     async def watch(self, pictures, length, doing):
         """Go through pictures and show some of them, leaving the kernel a moment after each.  Returns False when it was cancelled.
