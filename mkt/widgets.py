@@ -61,6 +61,7 @@ class Panel(ipywidgets.VBox):
         row = ipywidgets.HBox([*self._controls.values(), reset], layout={"flex_flow": "row wrap"})
         self._draw()  # a mistake in `fixed` ends the cell, as any mistake does
         super().__init__([row, self._image, self._trouble, ipywidgets.HTML(caption(entry))])
+        self.add_class("mkt-panel")
         self._listen(True)
         reset.on_click(self.reset)
 

@@ -8,36 +8,14 @@ from urllib.parse import unquote
 import nbformat
 import pytest
 
-from mkt import book as station
-from mkt import claims, figures, leaderboard
+from mkt import figures
 from mkt.book import catalogue, checks, execute, math_svg, pages
 from mkt.book.docstrings import escaped, listed
 from mkt.page import FILES
+from tests import made_up
 
 BOOK = catalogue.read()
 chapters = pytest.mark.parametrize("chapter", BOOK.chapters, ids=lambda chapter: chapter.name)
-
-
-@pytest.fixture(scope="session")
-def notebooks():
-    return execute.execute_all(BOOK.chapters, station.BUILD / "executed")
-
-
-def made_up_results():
-    """Every claim with made-up lines, one for each verdict, so that nothing has to be run."""
-    lines = tuple(claims.Line(f"<{verdict}>", "> 1", value, value, value, "deg", verdict) for value, verdict in enumerate(pages.BADGES))
-    return [claims.Result(claim, lines, 16, verdict) for claim, verdict in zip(claims.registry().values(), [*pages.BADGES] * 9)]
-
-
-def made_up_boards():
-    """A board on which one of two made-up trackers would not start, so that nothing has to be run."""
-    run = {"scenario": "made up", "seed": 0, "overlap": 0.625, "hits": 0.875, "hits_of_all": 0.75, "area": 0.61, "lost": 0.0, "cpu_ms": 4.2, "refused": ""}
-    return [leaderboard.Board("Nowhere", "No data at all.", [run | {"name": "ssd"}, run | {"name": "mil", "refused": "too dark"}])]
-
-
-@pytest.fixture(scope="session")
-def site():
-    return station.build(station.BUILD / "tests", made_up_results, made_up_boards).parent
 
 
 def cells(*sources):
@@ -215,7 +193,7 @@ def test_gallery_leads_to_every_figure_its_chapter_and_its_source(site, pages_of
 
 def test_every_claim_is_on_its_page_with_sentence_and_verdict_in_words(site, pages_of):
     text = unescape((site / "claims.html").read_text(encoding="utf-8"))
-    for result in made_up_results():
+    for result in made_up.results():
         assert result.claim.id in pages_of[site / "claims.html"].ids
         assert result.claim.sentence in text and result.claim.printed in text
     assert all(f"<td><{verdict}></td>" in text and f"{sign} {verdict}</span>" in text for verdict, (_, sign) in pages.BADGES.items())

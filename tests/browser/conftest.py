@@ -1,0 +1,31 @@
+"""One browser for all tests of this folder, the one that is on the machine; without one they skip."""
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Error, sync_playwright
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "msedge")
+PICTURES = Path(__file__).parents[2] / "_build" / "screenshots"
+
+
+@pytest.fixture(scope="session")
+def browser():
+    found = next(filter(None, map(shutil.which, NAMES)), None)
+    root = hasattr(os, "getuid") and os.getuid() == 0
+    with sync_playwright() as playwright:
+        try:
+            running = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"] if root else [])
+        except Error as error:
+            pytest.skip(f"no browser here: install chromium with the system's packages, or `playwright install chromium` ({str(error).splitlines()[0]})")
+        yield running
+        running.close()
+
+
+@pytest.fixture(scope="session")
+def pictures():
+    """Where the screenshots are kept."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    return PICTURES
