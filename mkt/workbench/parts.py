@@ -66,10 +66,7 @@ class Source(ipywidgets.VBox):
 
 
 class Method(ipywidgets.HBox):
-    """The tracker, its numbers, and the seed of its chance.
-
-    numbers: {name: value}, the fields of the tracker that are numbers, as they stand.
-    """
+    """The tracker, its numbers (see `mkt.settings.numbers_of`), and the seed of its chance."""
 
     def __init__(self):
         options = [(catalogue.LABELS[name], name) for name in catalogue.TRACKERS]
