@@ -103,3 +103,131 @@ def test_nbgrader_makes_the_same_version_for_students(lab):
     for step in (preprocessors.CheckCellMetadata, preprocessors.ClearSolutions, preprocessors.ClearHiddenTests, preprocessors.LockCells):
         theirs, _ = step().preprocess(theirs, {})
     assert theirs.cells == released(LABS[lab]).cells
+
+
+# The commands, on a made-up lab
+
+def meta(id, solution, grade, points=None):
+    """nbgrader's metadata of a cell."""
+    more = {} if points is None else {"points": points}
+    return {"nbgrader": {"schema_version": 3, "grade_id": id, "solution": solution, "grade": grade, "locked": grade and not solution, "task": False} | more}
+
+
+ADD = "def add(a, b):\n    ### BEGIN SOLUTION\n    return a + b\n    ### END SOLUTION"
+CHECK = "assert add(1, 2) == 3, f'1 + 2 is 3, not {add(1, 2)}'\n### BEGIN HIDDEN TESTS\nassert add(2, 2) == 4, '2 + 2 is 4'\n### END HIDDEN TESTS"
+TOY = nbformat.v4.new_notebook(cells=[
+    nbformat.v4.new_code_cell(ADD, id="add", metadata=meta("add", True, False)),
+    nbformat.v4.new_code_cell(CHECK, id="check-add", metadata=meta("check_add", False, True, 2)),
+    nbformat.v4.new_code_cell("def six():\n    ### BEGIN SOLUTION\n    return 6\n    ### END SOLUTION", id="six", metadata=meta("six", True, False)),
+    nbformat.v4.new_code_cell("assert six() == 6, 'six is 6'", id="check-six", metadata=meta("check_six", False, True, 1)),
+    nbformat.v4.new_markdown_cell("Why?\n\n### BEGIN SOLUTION\nBecause.\n### END SOLUTION", id="why", metadata=meta("why", True, True, 3)),
+])
+
+
+def answer(**sources):
+    """The toy lab as a student hands it in, with these sources of cells; None deletes a cell."""
+    student = released(TOY)
+    for cell in student.cells:
+        cell.source = sources.get(cell.id.replace("-", "_"), cell.source)
+    student.cells = [cell for cell in student.cells if cell.source is not None]
+    return student
+
+
+GOOD = {"add": "def add(a, b):\n    return a + b", "six": "def six():\n    return 6", "why": "Why?\n\nI do not know."}
+
+
+@pytest.fixture
+def toy(tmp_path, monkeypatch):
+    """A folder of labs with only the toy in it."""
+    folder = tmp_path / "labs"
+    folder.mkdir()
+    nbformat.write(TOY, folder / "toy.ipynb")
+    monkeypatch.setattr(notebooks, "FOLDER", folder)
+    return tmp_path
+
+
+def hand_in(path, text):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text if isinstance(text, str) else nbformat.writes(text), encoding="utf-8")
+
+
+def graded(folder, output, *words):
+    """The rows of the table that `labs grade` writes, {student: row}."""
+    assert not cli.run(cli.parse(["labs", "grade", str(folder), "-o", str(output), *words]))
+    with open(output, newline="", encoding="utf-8") as file:
+        return {row["student"]: row for row in csv.DictReader(file)}
+
+
+def test_release_writes_the_students_version_and_never_over_the_solutions(toy, capsys):
+    assert not cli.run(cli.parse(["labs", "release", "-o", str(toy / "handout")]))
+    assert nbformat.read(toy / "handout" / "toy.ipynb", 4).cells == released(TOY).cells
+    assert capsys.readouterr().out.strip() == str(toy / "handout" / "toy.ipynb")
+    with pytest.raises(SystemExit, match="choose another folder"):
+        cli.run(cli.parse(["labs", "release", "-o", str(toy / "labs")]))
+    assert nbformat.read(toy / "labs" / "toy.ipynb", 4) == TOY
+
+
+def test_check_tells_a_student_in_words_what_is_wrong(toy, capsys):
+    hand_in(toy / "mine.ipynb", answer(add="def add(a, b):\n    return a - b", why=GOOD["why"]))
+    assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1
+    assert capsys.readouterr().out.splitlines() == [
+        "  0 of 2  check_add: 1 + 2 is 3, not -1", "  0 of 1  check_six: not written yet", "  ? of 3  why: a person reads your answer",
+        "0 of 3 points so far; the hidden checks may find more"]
+
+
+@pytest.mark.parametrize("text, said", [("{", "is not a notebook"), ("[1]", "is not a notebook"), (nbformat.writes(nbformat.v4.new_notebook()), "has no checks")])
+def test_check_says_so_when_a_file_is_no_lab(toy, text, said):
+    hand_in(toy / "mine.ipynb", text)
+    with pytest.raises(SystemExit, match=said):
+        cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")]))
+
+
+def test_grade_goes_through_a_folder_whatever_is_in_it(toy, monkeypatch):
+    """One file of each kind that forty students hand in; each is graded by itself."""
+    monkeypatch.setattr("mkt.labs.kernel.PATIENCE", 3)
+    folder = toy / "submitted"
+    edited = answer(**GOOD | {"add": "def add(a, b):\n    return 3", "check_add": "pass"})
+    stubborn = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\nwhile True: pass"
+    files = {"good": answer(**GOOD), "broken": "{", "nonsense": json.dumps({"cells": 5}), "empty": nbformat.v4.new_notebook(), "untouched": answer(),
+             "edited": edited, "no_check": answer(**GOOD | {"check_add": None}), "no_solution": answer(**GOOD | {"add": None}),
+             "endless": answer(**GOOD | {"add": "def add(a, b):\n    while True: pass"}), "stubborn": answer(**GOOD | {"add": stubborn}),
+             "dies": answer(**GOOD | {"add": "import os\nos._exit(1)"}), "typo": answer(**GOOD | {"add": "def add(a, b)\n    return a + b"})}
+    for student, text in files.items():
+        hand_in(folder / student / "toy" / "toy.ipynb", text)
+    rows = graded(folder, toy / "grades.csv", "--limit", "4")
+
+    expected = {"good": "3"} | dict.fromkeys(("edited", "no_check", "no_solution", "endless", "typo"), "1")
+    assert {student: row["points"] for student, row in rows.items()} == dict.fromkeys(files, "0") | expected
+    assert {student: row["of"] for student, row in rows.items()} == dict.fromkeys(files, "3")
+    assert rows["good"] | {"file": ""} == {"student": "good", "lab": "toy", "points": "3", "of": "3", "to_read": "3", "check_add": "2", "check_six": "1",
+                                            "note": "", "answers": "why: Why?\n\nI do not know.", "file": ""}
+    notes = {"broken": "is not a notebook", "nonsense": "is not a notebook", "empty": "check_six: this check is missing", "untouched": "why: not answered",
+             "edited": "check_add: was edited, the original counts", "no_check": "check_add: this check is missing", "no_solution": "name 'add' is not defined",
+             "endless": "is there a loop that never ends", "stubborn": "could not be interrupted", "dies": "the kernel died", "typo": "add: stops with SyntaxError"}
+    assert [student for student, words in notes.items() if words not in rows[student]["note"]] == []
+
+
+def test_grade_takes_flat_folders_and_names_what_is_of_no_lab(toy):
+    folder = toy / "flat"
+    hand_in(folder / "Ada Lovelace_toy.ipynb", answer(**GOOD))
+    hand_in(folder / "bob" / "toy (1).ipynb", answer(**GOOD))
+    hand_in(folder / "eve" / "holiday.ipynb", answer(**GOOD))
+    hand_in(folder / "bob" / ".ipynb_checkpoints" / "toy.ipynb", "{")
+    rows = graded(folder, toy / "grades.csv")
+    assert {student: row["points"] for student, row in rows.items()} == {"Ada Lovelace": "3", "bob": "3", "eve": ""}
+    assert "of no lab" in rows["eve"]["note"]
+
+
+def test_a_submission_cannot_pass_a_check_under_another_cells_name(toy):
+    cheat = answer()
+    cheat.cells.append(nbformat.v4.new_code_cell("pass", id="check_add"))
+    cheat.cells.append(nbformat.v4.new_code_cell("pass", id="x", metadata=meta("check_add", True, False)))
+    hand_in(toy / "submitted" / "eve" / "toy.ipynb", cheat)
+    assert graded(toy / "submitted", toy / "grades.csv")["eve"]["points"] == "0"
+
+
+def test_grade_says_so_when_there_is_nothing_to_grade(toy):
+    (toy / "nothing").mkdir()
+    with pytest.raises(SystemExit, match="no notebooks in there"):
+        cli.run(cli.parse(["labs", "grade", str(toy / "nothing"), "-o", str(toy / "grades.csv")]))
+    assert not (toy / "grades.csv").exists()
