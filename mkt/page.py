@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 WIDTH = 80  # [px] on the screen for an inch of figure
-PAGE_DPI, QUALITY = 120, 75
+PAGE_DPI, QUALITY = 110, 65
 POSITIONS, IN_A_GRID = 9, 5  # of a slider, at most
 FILES = "_static/figures"  # of the site: ID.webp, ID.pdf and ID.csv of each figure with its defaults
 _serial = itertools.count(1)
@@ -105,7 +105,7 @@ def _html_control(id, name, slider, choice):
 _PAGE = """<figure class="mkt-panel" id="{id}">
 {controls}<div class="mkt-shown" tabindex="0"><img src="{image}" alt="{alt}" width="{width}"></div>
 <p class="mkt-note mkt-files">Save: <button type="button" class="mkt-save">PNG of what is shown</button>
-<a href="{files}/{figure}.pdf" download>PDF</a> and <a href="{files}/{figure}.csv" download>CSV of its curves</a> with the default values</p>
+<a href="{files}/{figure}.pdf" download>PDF</a> and <a href="{files}/{figure}.csv" download>CSV of its numbers</a> with the default values</p>
 {caption}<script>{script}</script>
 </figure>"""
 

@@ -18,7 +18,7 @@ from mkt.book.execute import library_key
 from mkt.files import named
 
 STYLE = Path(__file__).with_name("mkt.css")
-THUMBNAIL_DPI, LARGEST_PDF = 120, 1_000_000  # [bytes]
+THUMBNAIL_DPI, LARGEST_PDF = 100, 500_000  # [bytes]
 
 
 def make(book, notebooks, results, boards, folder):
