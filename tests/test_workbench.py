@@ -24,6 +24,7 @@ LENGTH, BOX = 12, (55.0, 48.0, 50.0, 24.0, 0.0)
 def place(tmp_path, monkeypatch):
     """An empty folder, where the notebook is thought to lie."""
     monkeypatch.delenv("MKT_STATIC", raising=False)
+    monkeypatch.setattr("mkt.workbench.SETTLED", 0.02)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -134,6 +135,19 @@ def test_the_settings_of_a_run_give_the_same_table_again(panel, place, capsys):
     assert (place / "again.csv").read_bytes() == (place / "tracked/car-pf-75.csv").read_bytes()
     assert all(map(np.array_equal, VideoFile("again.webm"), VideoFile("tracked/car-pf-75.webm")))
     assert "may differ" not in capsys.readouterr().err
+
+
+def test_a_box_that_comes_just_after_the_click_still_counts(panel):
+    drawn = [50.0, 44.0, 60.0, 32.0, 10.0]
+
+    async def scenario():
+        panel.track.click()
+        await asyncio.sleep(0)
+        panel.picker.set_state({"box": drawn})
+        await panel.task
+
+    asyncio.run(scenario())
+    assert load(panel.output.with_suffix(".json")).box == tuple(drawn)
 
 
 def test_no_run_replaces_an_earlier_one(panel, place):

@@ -24,6 +24,7 @@ from mkt.workbench.finished import Finished, first_box
 from mkt.workbench.parts import Method, Report, Source
 
 FOLDER = Path("tracked")  # where results go, beside the notebook
+SETTLED = 0.3  # [s]: the browser holds back its newest box until the kernel has answered the one before, so it may come after the click
 EMPTY, READY, BUSY = "empty", "ready", "busy"
 
 
@@ -102,6 +103,7 @@ class Workbench(ipywidgets.VBox):
             self.state = EMPTY if self.clip is None else READY
 
     async def _follow(self):
+        await asyncio.sleep(SETTLED)
         settings = self.settings
         infos = begun(settings.configured(), self.clip, settings.seed, region_of(settings.box, self.clip.frames[0]))
         output = self._free(settings.tracker)
