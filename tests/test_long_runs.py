@@ -1,0 +1,67 @@
+"""A camera runs for hours: what a tracker keeps does not grow, and no frame is held on to."""
+
+import gc
+import pickle
+import tracemalloc
+import weakref
+
+import numpy as np
+import pytest
+
+from mkt.regions import from_box
+from mkt.trackers import catalogue
+
+WARM, LENGTH = 150, 1000  # frames, before which caches may still fill; in all
+PERIOD, HIDDEN = 100, 15  # frames; the target is hidden at the end of each period
+BACKGROUND = np.random.default_rng(1).integers(0, 256, (9, 12, 3), np.uint8).repeat(4, 0).repeat(4, 1)
+TARGET = np.random.default_rng(2).integers(0, 256, (4, 4, 3), np.uint8).repeat(3, 0).repeat(3, 1)
+START = from_box([24, 12, 12, 12])
+
+
+def picture(k):
+    """Frame k (36, 48, 3): the target goes round in a circle."""
+    frame = BACKGROUND.copy()
+    if k % PERIOD < PERIOD - HIDDEN:
+        x, y = 18 + round(6 * np.cos(k / 8)), 12 + round(6 * np.sin(k / 8))
+        frame[y:y + 12, x:x + 12] = TARGET
+    return frame
+
+
+def light(name):
+    """The tracker of a name, with few particles where it has any."""
+    tracker = catalogue.get(name)
+    return catalogue.with_particles(name, 20) if hasattr(tracker, "n") or hasattr(tracker, "filter") else tracker
+
+
+@pytest.mark.parametrize("name", [name for name in catalogue.TRACKERS if name not in catalogue.SLOW])
+def test_a_thousand_frames_later_no_more_is_kept(name):
+    tracker, rng, alive, used = light(name), np.random.default_rng(0), [], {}
+    state = tracker.init(picture(0), START, rng)
+    for k in range(1, LENGTH + 1):
+        frame = picture(k)
+        alive.append(weakref.ref(frame))
+        state, _ = tracker.step(state, frame, rng)
+        del frame, _
+        if k == WARM:
+            tracemalloc.start()
+        if k in (WARM + 1, LENGTH):
+            gc.collect()
+            alive = [ref for ref in alive if ref() is not None]
+            used[k] = len(pickle.dumps(state)), tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    (size, memory), (size_later, memory_later) = used.values()
+    assert len(alive) <= 1
+    assert size_later <= size + 16  # a whole number may take a few bytes more
+    assert memory_later - memory < 40_000  # an array a frame would make more
+
+
+def test_opencv_holds_no_frame_of_the_past():
+    tracker, rng, alive = catalogue.get("mil"), np.random.default_rng(0), []
+    state = tracker.init(picture(0), START, rng)
+    for k in range(1, 12):
+        frame = picture(k)
+        alive.append(weakref.ref(frame))
+        state, _ = tracker.step(state, frame, rng)
+        del frame, _
+    gc.collect()
+    assert sum(ref() is not None for ref in alive) <= 1
