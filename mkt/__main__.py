@@ -149,7 +149,12 @@ def say(text):
 
 if __name__ == "__main__":
     try:
-        sys.exit(main())
+        code = main()
+        sys.stdout.flush()
+        sys.exit(code)
     except KeyboardInterrupt:
         say("\nStopped.  Nothing is half made; the next run takes up what is missing.")
         sys.exit(130)  # what shells expect of a program stopped by Ctrl-C
+    except BrokenPipeError:  # `| head` has read enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python would complain again on its way out
+        sys.exit(1)

@@ -8,7 +8,7 @@ import pytest
 from mkt import cli, figures
 from mkt.figures.words import parameters
 
-COMMANDS = ("book", "test", "lab", "figure", "claims", "bench", "data", "labs", "strip")
+COMMANDS = ("book", "test", "lab", "figure", "claims", "track", "bench", "data", "labs", "doctor", "strip")
 FIGURE = "teuliere2009.fig2"
 
 
@@ -21,6 +21,12 @@ def test_help_needs_no_package():
     result = bare("--help")
     assert result.returncode == 0
     assert all(f"    {command} " in result.stdout for command in COMMANDS)
+
+
+def test_a_reader_who_has_read_enough_is_no_error():
+    program = subprocess.Popen([sys.executable, "-m", "mkt", "data"], cwd=cli.ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    program.stdout.close()  # as `| head -0` does, before a word was printed
+    assert program.stderr.read() == "" and program.wait(60) == 1
 
 
 @pytest.mark.parametrize("command", COMMANDS)
