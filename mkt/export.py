@@ -192,7 +192,8 @@ def _(mesh: QuadMesh):
 
 @points.register
 def _(paths: Collection):
-    return np.concatenate([path.vertices for path in paths.get_paths()]) if paths.get_transform() == paths.axes.transData else np.empty((0, 2))
+    inside = paths.get_transform() == paths.axes.transData
+    return np.concatenate([np.empty((0, 2)), *(path.vertices for path in paths.get_paths() if inside)])
 
 
 @points.register

@@ -36,9 +36,10 @@ def table(draw, **place):
     (lambda ax: ax.stairs([3, 4], [0, 1, 3], fill=True), [("steps 1", 0.5, 3), ("steps 1", 2, 4)]),
     (lambda ax: ax.imshow([[1, 2], [3, 4]]), [("image 1", 0, 0, 1), ("image 1", 1, 0, 2), ("image 1", 0, 1, 3), ("image 1", 1, 1, 4)]),
     (lambda ax: ax.imshow([[7], [8]], extent=(0, 2, 0, 4), origin="lower"), [("image 1", 1, 1, 7), ("image 1", 1, 3, 8)]),
+    (lambda ax: ax.fill_between([0, 1], 0, 1, where=[False, False]), []),
     (lambda ax: ax.imshow(np.zeros((2, 2, 3))), []),
     (lambda ax: [ax.set_axis_off(), ax.plot([1], [2])], []),
-], ids=["line", "two lines", "edge to edge", "dots", "vertical lines", "bars", "lying bars", "histogram", "steps", "image", "image from below", "photograph", "over one"])
+], ids=["line", "two lines", "edge to edge", "dots", "vertical lines", "bars", "lying bars", "histogram", "steps", "image", "image from below", "nothing filled", "photograph", "over one"])
 def test_the_table_has_what_is_drawn(draw, rows):
     drawn = table(draw)
     assert [row[0] for row in drawn] == [row[0] for row in rows]
