@@ -142,7 +142,7 @@ def curves(fig):
             for number, artist in enumerate(artists, 1):
                 label = str(artist.get_label())
                 series = f"{kind} {number}" if label.startswith("_") or not label else label
-                rows += [(panel, series, *(f"{value:.9g}" for value in point), *[""] * (3 - len(point))) for point in points(artist)]
+                rows += [(panel, series, *(f"{value:.6g}" for value in point), *[""] * (3 - len(point))) for point in points(artist)]
     return rows
 
 

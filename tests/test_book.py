@@ -170,10 +170,10 @@ def test_every_internal_link_and_file_is_there(pages_of):
     assert broken == []
 
 
-def test_the_site_is_light_and_so_is_what_can_be_saved(site):
+def test_the_site_is_light_and_so_is_every_pdf(site):
     sizes = {path.relative_to(site): path.stat().st_size for path in site.rglob("*") if path.is_file()}
     assert sum(sizes.values()) < 60e6
-    assert {str(path): size for path, size in sizes.items() if path.suffix in (".pdf", ".csv") and size > 1e6} == {}
+    assert {str(path): size for path, size in sizes.items() if path.suffix == ".pdf" and size > 1e6} == {}
 
 
 def test_under_every_figure_are_its_pdf_and_its_table(site, pages_of):
