@@ -1,6 +1,6 @@
 """Run cells in a kernel whatever they do: errors, endless loops, endless output, the end of the kernel itself.
 
-What comes back is one sentence for each cell that failed.  Explained in the labs themselves: a check fails with the words of its assertion.
+What comes back is one sentence for each cell that failed; for a check the words of its assertion.
 """
 
 import asyncio
