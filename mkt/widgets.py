@@ -1,15 +1,20 @@
 """Figures in notebooks: `show` draws one, `explore` gives it its sliders.
 
-In JupyterLab `explore` is a `Panel`: every slider position is drawn afresh by the running kernel.  In the book there is no kernel, so
+In JupyterLab `explore` is a `Panel`: the running kernel draws every slider position that is asked for.  In the book there is no kernel, so
 with ``MKT_STATIC=1`` in the environment it is a `mkt.page.Page`: a few positions of each slider, drawn beforehand, and a few lines of script.
 Both have ``values``, the parameters as they stand, so that a later cell reads the same in either.
 
 Explained in notebook 01.
 """
 
+import asyncio
+import gc
 import html
 import os
+import time
 import traceback
+from contextlib import suppress
+from functools import lru_cache
 
 import cv2
 import ipywidgets
@@ -19,6 +24,8 @@ from mkt import figures
 from mkt.page import Page, caption, encoded, label, width
 
 LIVE_DPI, SHARP_DPI = 100, 160
+KEPT = 64  # pictures of a panel, about 15 MB
+QUICK, PAUSE = 0.5, 0.01  # [s] of CPU for a drawing that may be made ahead; before it begins, so that a waiting move comes first
 
 
 def show(id, **parameters):
@@ -47,7 +54,9 @@ def _static():
 
 
 class Panel(ipywidgets.VBox):
-    """The live figure: sliders, and one image that every move draws afresh.
+    """The live figure: sliders, and one image that follows every move.
+
+    What was drawn is kept.  Once a step is drawn and quickly so, the next step the same way is drawn while the reader looks.
 
     values: {name: value} of every parameter; numbers: what the figure's function returned for them.
     """
@@ -57,9 +66,10 @@ class Panel(ipywidgets.VBox):
         self._controls = {name: _control(entry, name) for name in entry.sliders if name not in fixed}
         self._image = ipywidgets.Image(format="png", width=width(entry), layout={"max_width": "100%", "object_fit": "contain"})
         self._trouble = ipywidgets.HTML()
+        self._drawn = lru_cache(KEPT)(self._draw)
         reset = ipywidgets.Button(description="reset", tooltip="back to where the sliders began", layout={"width": "6em"})
         row = ipywidgets.HBox([*self._controls.values(), reset], layout={"flex_flow": "row wrap"})
-        self._draw()  # a mistake in `fixed` ends the cell, as any mistake does
+        self._show()  # a mistake in `fixed` ends the cell, as any mistake does
         super().__init__([row, self._image, self._trouble, ipywidgets.HTML(caption(entry))])
         self.add_class("mkt-panel")
         self._listen(True)
@@ -71,7 +81,7 @@ class Panel(ipywidgets.VBox):
         return self._entry.defaults | self._fixed | {name: control.value for name, control in self._controls.items()}
 
     def reset(self, _button=None):
-        """Move every slider back to where it began, drawing once."""
+        """Move every slider back to where it began, and show that at once."""
         self._listen(False)
         for name, control in self._controls.items():
             control.value = self._entry.defaults[name]
@@ -83,16 +93,39 @@ class Panel(ipywidgets.VBox):
             (control.observe if on else control.unobserve)(self._redraw, names="value")
 
     # A slider that is dragged never runs ahead of the drawing: the browser sends the newest value once the last one is answered.
-    def _redraw(self, _change=None):
+    def _redraw(self, change=None):
+        start, known = time.process_time(), self._drawn.cache_info().misses
         try:
-            self._draw()
+            self._show()
             self._trouble.value = ""
         except Exception:
             self._trouble.value = f'<pre style="color: #b00020; white-space: pre-wrap">{html.escape(traceback.format_exc(limit=-3))}</pre>'
+        if change and self._drawn.cache_info().misses > known and time.process_time() - start < QUICK:
+            self._look_ahead(change)
 
-    def _draw(self):
-        canvas, self.numbers = self._entry.draw(LIVE_DPI, **self.values)
-        self._image.value = encoded(canvas, ".png", cv2.IMWRITE_PNG_COMPRESSION, 1)
+    def _show(self):
+        self._image.value, self.numbers = self._drawn(tuple(self.values.items()))
+
+    def _draw(self, values):
+        gc.disable()  # a figure is thousands of small objects; looking for garbage among them takes a tenth of the time
+        try:
+            canvas, numbers = self._entry.draw(LIVE_DPI, **dict(values))
+            return encoded(canvas, ".png", cv2.IMWRITE_PNG_COMPRESSION, 1), numbers
+        finally:
+            gc.enable()
+
+    def _look_ahead(self, change):
+        options = [value for _, value in change.owner.options]
+        at = options.index(change.new)
+        beyond = 2 * at - options.index(change.old)
+        if abs(beyond - at) == 1 and 0 <= beyond < len(options):
+            name = change.owner.description
+            with suppress(RuntimeError):  # no event loop, so no reader either
+                asyncio.get_running_loop().call_later(PAUSE, self._draw_ahead, self.values | {name: options[beyond]})
+
+    def _draw_ahead(self, values):
+        with suppress(Exception):  # it will be told if it is ever asked for
+            self._drawn(tuple(values.items()))
 
 
 def _control(entry, name):

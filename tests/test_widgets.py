@@ -1,12 +1,13 @@
 """Sliders: the picture follows them, live and in the page, and nothing is asked of a network."""
 
+import asyncio
 import re
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mkt import figures, page
+from mkt import figures, page, widgets
 from mkt.widgets import explore, show
 
 
@@ -64,14 +65,31 @@ def test_the_picture_follows_a_slider_and_comes_back():
     assert panel._image.value == first
 
 
-def test_reset_draws_once(toy):
+def test_reset_shows_the_beginning_and_nothing_in_between(toy):
     panel = explore("toy.line")
     first = panel._image.value
     panel._controls["slope"].value, panel._controls["color"].value = 5, "blue"
     del toy[:]
     panel.reset()
-    assert toy == [1]
+    assert toy == []  # the beginning was kept, and (1, "blue") not drawn
     assert panel._image.value == first
+
+
+def test_the_next_step_the_same_way_is_drawn_while_the_reader_looks(toy, monkeypatch):
+    monkeypatch.setattr(widgets, "QUICK", float("inf"))
+
+    async def look_at(*slopes):
+        panel = explore("toy.line")
+        del toy[:]
+        for slope in slopes:
+            panel._controls["slope"].value = slope
+            await asyncio.sleep(2 * widgets.PAUSE)
+        return panel.numbers["rise"]
+
+    assert asyncio.run(look_at(2)) == 2 and toy == [2]  # slope 3 fails, and nobody is told before they ask for it
+    assert asyncio.run(look_at(7)) == 7 and toy == [7]  # a leap says nothing about the next move
+    assert asyncio.run(look_at(7, 8)) == 8 and toy == [7, 8, 9]
+    assert asyncio.run(look_at(7, 6, 5)) == 5 and toy == [7, 6, 5]
 
 
 def test_an_error_is_shown_in_the_panel_until_it_is_over():
