@@ -84,7 +84,7 @@ def sequence(scene, name="synthetic scene"):
 
 
 class Frames(Series):
-    """The frames of a scene, (H, W, 3) uint8 RGB, rendered on demand; equal scenes share one cache."""
+    """The frames of a scene, (H, W, 3) uint8 RGB, rendered on demand; equal scenes share one cache.  A slice is a list of frames."""
 
     def __init__(self, scene):
         self.scene = scene
@@ -93,6 +93,8 @@ class Frames(Series):
         return self.scene.length
 
     def __getitem__(self, k):
+        if isinstance(k, slice):
+            return [self[i] for i in range(len(self))[k]]
         if not -len(self) <= k < len(self):
             raise IndexError(f"frame {k} of {len(self)}")
         return frame(self.scene, k % len(self))

@@ -42,6 +42,14 @@ def test_same_specification_same_frames_in_any_order():
     assert not (frame(replace(scene, seed=4), 0) == forward[0]).all()
 
 
+def test_frames_are_a_series_like_any_other():
+    frames = sequence(Scene(Layer("cat", 60.0, ((0.0, 160.0, 120.0, 0.0, 1.0),)), length=4)).frames
+    assert [np.array_equal(a, b) for a, b in zip(frames[1:], list(frames)[1:])] == [True] * 3
+    assert np.array_equal(frames[-1], frames[3]) and frames[4:] == []
+    with pytest.raises(IndexError, match="frame 4 of 4"):
+        frames[4]
+
+
 def test_blur_is_the_mean_over_the_exposure():
     """A long exposure equals the mean of frozen instants taken much more densely than the renderer does."""
     fast = Layer("car", 80.0, ((0.0, 60.0, 120.0, 0.0, 1.0), (10.0, 260.0, 120.0, 1.0, 1.0)))
