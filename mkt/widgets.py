@@ -56,7 +56,7 @@ def _static():
 class Panel(ipywidgets.VBox):
     """The live figure: sliders, and one image that follows every move.
 
-    What was drawn is kept.  Once a step is drawn and quickly so, the next step the same way is drawn while the reader looks.
+    What was drawn is kept.  Where drawing is quick, the next step the same way is drawn while the reader looks at this one.
 
     values: {name: value} of every parameter; numbers: what the figure's function returned for them.
     """
@@ -94,23 +94,24 @@ class Panel(ipywidgets.VBox):
 
     # A slider that is dragged never runs ahead of the drawing: the browser sends the newest value once the last one is answered.
     def _redraw(self, change=None):
-        start, known = time.process_time(), self._drawn.cache_info().misses
         try:
             self._show()
             self._trouble.value = ""
+            if change and self._cost < QUICK:
+                self._look_ahead(change)
         except Exception:
             self._trouble.value = f'<pre style="color: #b00020; white-space: pre-wrap">{html.escape(traceback.format_exc(limit=-3))}</pre>'
-        if change and self._drawn.cache_info().misses > known and time.process_time() - start < QUICK:
-            self._look_ahead(change)
 
     def _show(self):
-        self._image.value, self.numbers = self._drawn(tuple(self.values.items()))
+        self._image.value, self.numbers, self._cost = self._drawn(tuple(self.values.items()))
 
     def _draw(self, values):
+        """The picture as PNG, the numbers that it shows, and the CPU time [s] that both took."""
+        start = time.process_time()
         gc.disable()  # a figure is thousands of small objects; looking for garbage among them takes a tenth of the time
         try:
             canvas, numbers = self._entry.draw(LIVE_DPI, **dict(values))
-            return encoded(canvas, ".png", cv2.IMWRITE_PNG_COMPRESSION, 1), numbers
+            return encoded(canvas, ".png", cv2.IMWRITE_PNG_COMPRESSION, 1), numbers, time.process_time() - start
         finally:
             gc.enable()
 

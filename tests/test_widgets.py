@@ -89,7 +89,7 @@ def test_the_next_step_the_same_way_is_drawn_while_the_reader_looks(toy, monkeyp
     assert asyncio.run(look_at(2)) == 2 and toy == [2]  # slope 3 fails, and nobody is told before they ask for it
     assert asyncio.run(look_at(7)) == 7 and toy == [7]  # a leap says nothing about the next move
     assert asyncio.run(look_at(7, 8)) == 8 and toy == [7, 8, 9]
-    assert asyncio.run(look_at(7, 6, 5)) == 5 and toy == [7, 6, 5]
+    assert asyncio.run(look_at(7, 6, 5)) == 5 and toy == [7, 6, 5, 4]
 
 
 def test_an_error_is_shown_in_the_panel_until_it_is_over():
