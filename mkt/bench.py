@@ -30,12 +30,13 @@ from mkt.tracking import track
 
 ROUNDS = 7
 SIZE = (80, 60)  # of the object [px]: 4,800 samples
+ONE_FRAME = ("teuliere2009.fig1", "teuliere2009.fig2", "teuliere2009.fig3", "teuliere2009.fig4", "own.newton", "own.resampling", "own.interaction", "own.approach", "own.video")
 
 
 def main():
     """Print all tables."""
     cv2.setNumThreads(1)
-    for table in (histogram_table, memory_table, surface_table, step_table, tracker_table):
+    for table in (histogram_table, memory_table, surface_table, slider_table, step_table, tracker_table):
         print(table(), end="\n\n")
 
 
@@ -128,6 +129,12 @@ def surface_table():
         "the figure, computed and drawn": lambda: entry.draw()[0].canvas.draw(),
     })
     return "\n".join(["teuliere2009.fig3: CPU ms (median), ratio to the first", *_rows("", times)])
+
+
+def slider_table():
+    """CPU time of a slider's step: the figures of one frame, computed and drawn, as text."""
+    times = rounds({id: lambda draw=figures.get(id).draw: draw()[0].canvas.draw() for id in ONE_FRAME})
+    return "\n".join(["A slider's step: CPU ms (median), ratio to the first", *_rows("", times)])
 
 
 def step_table(repeats=200):
