@@ -14,7 +14,7 @@ from mkt.claims.listing import measured
 from mkt.leaderboard import as_markdown
 from mkt.page import FILES
 
-EXTENSIONS = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "mkt.book.math_svg", "mkt.book.navigation", "mkt.book.docstrings"]
+EXTENSIONS = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "mkt.book.math_svg", "mkt.book.accessibility", "mkt.book.docstrings"]
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
 BADGES = {HOLDS: ("holds", "✓"), IN_PART: ("part", "◐"), FAILS: ("fails", "✗")}  # class and sign beside the words
 
