@@ -9,7 +9,7 @@ import pkgutil
 
 import mkt
 from mkt import figures
-from mkt.claims import BACKGROUNDS, FAILS, HOLDS, IN_PART, OBJECTS, RULE
+from mkt.claims import BACKGROUNDS, FAILS, HOLDS, IN_PART, OBJECTS, RULE, SEEDS
 from mkt.claims.listing import measured
 from mkt.leaderboard import as_markdown
 from mkt.page import FILES
@@ -141,7 +141,7 @@ The rule was laid down before the runs, and so were the bounds. {RULE} What equa
 {"".join(map(_claim, results))}</table></div>
 ```
 
-`python3 -m mkt claims` prints this table, `-o claims.csv` writes it into a file, and `--seeds 48` takes more sequences. The claims and their bounds
+`python3 -m mkt claims` prints this table with more sequences ({SEEDS}, or as many as `--seeds` says), and `-o claims.csv` writes it into a file. The claims and their bounds
 are the functions of {", ".join(f"[`{name}`](api/{name}.rst)" for name in dict.fromkeys(r.claim.function.__module__ for r in results))}.
 """
 

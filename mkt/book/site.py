@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import nbformat
+from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from mkt import export, figures, page
@@ -86,12 +87,19 @@ def draw_all(folder):
         return
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    for entry in tqdm(figures.registry().values(), desc="figures", unit="figure", disable=None):
-        canvas, numbers = entry.draw(THUMBNAIL_DPI)
-        canvas.savefig(folder / f"{entry.id}.webp", pil_kwargs={"quality": 80})
-        for ending in (".pdf", ".csv"):
-            export.save(canvas, numbers, folder / f"{entry.id}{ending}", export.facts(entry, {}), LARGEST_PDF)
+    known = figures.registry()
+    drawn = Parallel(n_jobs=-1, return_as="generator_unordered")(delayed(_draw)(id, folder) for id in known)
+    for _ in tqdm(drawn, desc="figures", unit="figure", total=len(known), disable=None):
+        pass
     mark.write_text(library_key())
+
+
+def _draw(id, folder):
+    entry = figures.get(id)
+    canvas, numbers = entry.draw(THUMBNAIL_DPI)
+    canvas.savefig(folder / f"{id}.webp", pil_kwargs={"quality": 80})
+    for ending in (".pdf", ".csv"):
+        export.save(canvas, numbers, folder / f"{id}{ending}", export.facts(entry, {}), LARGEST_PDF)
 
 
 def render(source, folder):
