@@ -8,10 +8,14 @@ A `Sequence` is used in notebook 03.
 """
 
 from collections.abc import Sequence as Series
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+
+_listener = ContextVar("listener", default=lambda done, length: None)
 
 
 class Tracker(Protocol):
@@ -95,12 +99,23 @@ def follow(tracker, sequence, seed=0, start=None):
     start = sequence.truth[0] if start is None else np.asarray(start, float)
     if not np.all(np.isfinite(start)):
         raise ValueError(f"{sequence.name}: the first frame has no true region; pass start=(cx, cy, theta, hx, hy)")
-    rng, frames = np.random.default_rng(seed), iter(sequence.frames)
+    rng, frames, tell = np.random.default_rng(seed), iter(sequence.frames), _listener.get()
     state = tracker.init(next(frames), start, rng)
     yield {"region": start, "score": 1.0, "lost": False}
-    for frame in frames:
+    for done, frame in enumerate(frames, 2):
         state, info = tracker.step(state, frame, rng)
+        tell(done, len(sequence))
         yield info
+
+
+@contextmanager
+def heard(listener):
+    """For a while, call listener(frames done, frames in all) after every frame that any tracker follows: for a bar that shows how far it is."""
+    token = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(token)
 
 
 def track(tracker, sequence, seed=0, start=None):

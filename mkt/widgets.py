@@ -22,10 +22,12 @@ from IPython.display import Image
 
 from mkt import figures
 from mkt.page import Page, caption, encoded, label, width
+from mkt.tracking import heard
 
 LIVE_DPI, SHARP_DPI = 100, 160
 KEPT = 64  # pictures of a panel, about 15 MB
 QUICK, PAUSE = 0.5, 0.01  # [s] of CPU for a drawing that may be made ahead; before it begins, so that a waiting move comes first
+TELL = 0.15  # [s] between two words on how far a run over a sequence is
 
 
 def show(id, **parameters):
@@ -66,9 +68,10 @@ class Panel(ipywidgets.VBox):
         self._controls = {name: _control(entry, name) for name in entry.sliders if name not in fixed}
         self._image = ipywidgets.Image(format="png", width=width(entry), layout={"max_width": "100%", "object_fit": "contain"})
         self._trouble = ipywidgets.HTML()
+        self._progress = ipywidgets.FloatProgress(max=1.0, layout={"visibility": "hidden", "width": "24em"})
         self._drawn = lru_cache(KEPT)(self._draw)
         reset = ipywidgets.Button(description="reset", tooltip="back to where the sliders began", layout={"width": "6em"})
-        row = ipywidgets.HBox([*self._controls.values(), reset], layout={"flex_flow": "row wrap"})
+        row = ipywidgets.HBox([*self._controls.values(), reset, self._progress], layout={"flex_flow": "row wrap"})
         self._show()  # a mistake in `fixed` ends the cell, as any mistake does
         super().__init__([row, self._image, self._trouble, ipywidgets.HTML(caption(entry))])
         self.add_class("mkt-panel")
@@ -106,14 +109,21 @@ class Panel(ipywidgets.VBox):
         self._image.value, self.numbers, self._cost = self._drawn(tuple(self.values.items()))
 
     def _draw(self, values):
-        """The picture as PNG, the numbers that it shows, and the CPU time [s] that both took."""
-        start = time.process_time()
+        """The picture as PNG, the numbers that it shows, and the CPU time [s] that both took.  What takes long shows how far it is."""
+        start, self._told = time.process_time(), time.monotonic()
         gc.disable()  # a figure is thousands of small objects; looking for garbage among them takes a tenth of the time
         try:
-            canvas, numbers = self._entry.draw(LIVE_DPI, **dict(values))
+            with heard(self._tell):
+                canvas, numbers = self._entry.draw(LIVE_DPI, **dict(values))
             return encoded(canvas, ".png", cv2.IMWRITE_PNG_COMPRESSION, 1), numbers, time.process_time() - start
         finally:
             gc.enable()
+            self._progress.layout.visibility = "hidden"
+
+    def _tell(self, done, length):
+        if time.monotonic() > self._told + TELL:
+            self._told, self._progress.value, self._progress.description = time.monotonic(), done / length, f"{done} of {length}"
+            self._progress.layout.visibility = "visible"
 
     def _look_ahead(self, change):
         options = [value for _, value in change.owner.options]

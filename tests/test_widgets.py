@@ -2,12 +2,17 @@
 
 import asyncio
 import re
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from mkt import figures, page, widgets
+from mkt.scenarios import base
+from mkt.scenes import sequence
+from mkt.trackers.particle_filter import ParticleFilter
+from mkt.tracking import track
 from mkt.widgets import explore, show
 
 
@@ -90,6 +95,23 @@ def test_the_next_step_the_same_way_is_drawn_while_the_reader_looks(toy, monkeyp
     assert asyncio.run(look_at(7)) == 7 and toy == [7]  # a leap says nothing about the next move
     assert asyncio.run(look_at(7, 8)) == 8 and toy == [7, 8, 9]
     assert asyncio.run(look_at(7, 6, 5)) == 5 and toy == [7, 6, 5, 4]
+
+
+def test_a_run_over_a_sequence_shows_how_far_it_is(monkeypatch):
+    clip = sequence(replace(base(0), length=6))
+
+    @figures.figure("toy.run", size=(3, 2), n=[5, 6])
+    def run(canvas, *, n=5):
+        """A run."""
+        track(ParticleFilter(n=n), clip)
+        return {}
+
+    monkeypatch.setattr(widgets, "TELL", -1)  # however quick the frames are
+    panel, seen = explore("toy.run"), []
+    panel._progress.observe(lambda change: seen.append(change.new), "value")
+    panel._controls["n"].value = 6
+    assert seen == [k / 6 for k in range(2, 7)] and panel._progress.description == "6 of 6"
+    assert panel._progress.layout.visibility == "hidden"
 
 
 def test_an_error_is_shown_in_the_panel_until_it_is_over():
