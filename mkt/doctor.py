@@ -79,7 +79,7 @@ def environment():
         yield Finding(WRONG, "environment", f"{bootstrap.VENV} was not made by mkt", "move it away or delete it")
     else:
         words = {None: "not set up yet", bootstrap.UNFINISHED: "the set-up was stopped half-way"}.get(stamp, "the list of packages, Python or the folder has changed")
-        yield Finding(NOTE, "environment", words, "`python3 -m mkt test`, or any other command, sets it up and needs the network for it")
+        yield Finding(NOTE, "environment", words, "`python3 -m mkt lab`, or any other command, sets it up and needs the network for it")
     if not shutil.which("uv") and not (importlib.util.find_spec("venv") and importlib.util.find_spec("ensurepip")):
         yield Finding(WRONG, "venv", "this Python lacks the modules venv and ensurepip", "on Debian or Ubuntu: sudo apt install python3-venv")
 
