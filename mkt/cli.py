@@ -52,10 +52,11 @@ def parser():
              "Looks at Python, the environment, its packages, video formats, JupyterLab's widgets and data sets, and says how to mend what is wrong.")
     _labs_arguments(_command(commands, "labs", run_labs, "hand out the labs, check one, or grade them",
                              "`release` writes the students' version of every lab of notebooks/labs into a folder: without solutions and hidden checks.\n"
+                             "A file that is there already stays as it is: there may be work in it.\n"
                              "`check` runs your notebook and says in words what its checks found; start it whenever you like.\n"
                              "`grade` runs what the students handed in, with the hidden checks, and writes a table with a row for each notebook.\n"
                              "It executes the students' code on this machine, as you: do it where you would run a stranger's program.",
-                             "labs release -o handout", "labs check handout/lab_1_histograms_and_kernels.ipynb", "labs grade submitted -o grades.csv"))
+                             "labs release", "labs check notebooks/handout/lab_1_histograms_and_kernels.ipynb", "labs grade submitted -o grades.csv"))
     _command(commands, "strip", run_strip, "remove outputs from the notebooks",
              "Removes outputs and execution counts from the notebooks of book.toml and from the labs, as they are to be committed.")
     return top
@@ -105,9 +106,9 @@ def _track_arguments(sub):
 def _labs_arguments(sub):
     actions = sub.add_subparsers(dest="what", metavar="ACTION", required=True)
     release = actions.add_parser("release", help="write the students' version of every lab")
-    release.add_argument("-o", "--output", type=Path, default=Path("handout"), metavar="FOLDER", help="where to; ./handout by default")
+    release.add_argument("-o", "--output", type=Path, metavar="FOLDER", help="where to; notebooks/handout by default, where JupyterLab shows them")
     check = actions.add_parser("check", help="run one notebook and explain what its checks found")
-    check.add_argument("path", type=Path, metavar="FILE", help="your notebook")
+    check.add_argument("path", type=Path, metavar="FILE", help="your notebook, saved; of one in notebooks/handout its name will do")
     grade = actions.add_parser("grade", help="grade a folder of notebooks, executing them", description="It executes the students' code on this machine, as you.")
     grade.add_argument("path", type=Path, metavar="FOLDER", help="nbgrader's submitted/, with STUDENT/LAB/LAB.ipynb in it; or STUDENT/LAB.ipynb, or STUDENT_LAB.ipynb")
     grade.add_argument("-o", "--output", type=Path, default=Path("grades.csv"), metavar="FILE", help="table to write; ./grades.csv by default")
@@ -318,7 +319,9 @@ def run_labs(args):
 
     try:
         if args.what == "release":
-            return print(*notebooks.release(args.output), sep="\n")
+            for path, written in notebooks.release(args.output or notebooks.HANDOUT).items():
+                print(path if written else f"{path} is there already and stays as it is, perhaps with work in it; for a fresh one rename it first")
+            return None
         if args.what == "grade":
             grading.grade(args.path, args.output, args.limit)
             return print(args.output)

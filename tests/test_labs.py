@@ -29,6 +29,12 @@ def wrong_answers(lab):
     return {mistake["title"]: mistake for mistake in mistakes}
 
 
+def returning_nothing(lab):
+    """(title, cell, code) of each function to write as if its return were forgotten; the title is what a check must say."""
+    return [(f"{node.name} returns nothing: is there a `return`", cell, f"{solution.source}\n\n\ndef {node.name}(*_, **__):\n    pass")
+            for cell, solution in of_role(lab, "solution").items() for node in ast.parse(solution.source).body if isinstance(node, ast.FunctionDef)]
+
+
 @functools.cache
 def tried(lab):
     """What failed in the empty lab, in the solved one, and with each wrong answer in its turn: {title: {cell: words}}, all in one kernel."""
@@ -38,9 +44,9 @@ def tried(lab):
 async def _tried(lab, mistakes):
     async with kernel() as client:
         result = {"empty": await run(client, released(lab).cells), "solved": await run(client, lab.cells)}
-        for title, mistake in mistakes.items():
-            solution = of_role(lab, "solution")[mistake["cell"]]
-            result[title] = await run(client, [nbformat.from_dict(solution | {"source": mistake["code"]}), *of_role(lab, "check").values()])
+        for title, cell, code in [(title, mistake["cell"], mistake["code"]) for title, mistake in mistakes.items()] + returning_nothing(lab):
+            solution = of_role(lab, "solution")[cell]
+            result[title] = await run(client, [nbformat.from_dict(solution | {"source": code}), *of_role(lab, "check").values()])
             await run(client, [solution])
         return result
 
@@ -65,6 +71,24 @@ def test_the_empty_lab_gets_no_points_and_every_check_says_that_something_is_not
 @pytest.mark.parametrize("lab, title", [(lab, title) for lab in LABS for title in wrong_answers(lab)])
 def test_a_typical_wrong_answer_loses_its_points_and_no_others(lab, title):
     assert lost(lab, tried(lab)[title]) == wrong_answers(lab)[title]["loses"]
+
+
+@each_lab
+def test_a_forgotten_return_is_called_that(lab):
+    words = {title: tried(lab)[title] for title, _, _ in returning_nothing(LABS[lab])}
+    assert words
+    assert [title for title, said in words.items() if not any(title in line for line in said.values())] == []
+
+
+@each_lab
+def test_the_teachers_version_says_so_first_and_the_students_does_not(lab):
+    assert LABS[lab].cells[0].source.startswith("*The teacher's version, with solutions.")
+    assert "teacher's version" not in nbformat.writes(released(LABS[lab]))
+
+
+@each_lab
+def test_the_empty_lab_has_no_faults_outside_its_checks(lab):
+    assert grading.faults(LABS[lab], tried(lab)["empty"]) == []
 
 
 @each_lab
@@ -102,7 +126,7 @@ def test_nbgrader_makes_the_same_version_for_students(lab):
     theirs = copy.deepcopy(LABS[lab])
     for step in (preprocessors.CheckCellMetadata, preprocessors.ClearSolutions, preprocessors.ClearHiddenTests, preprocessors.LockCells):
         theirs, _ = step().preprocess(theirs, {})
-    assert theirs.cells == released(LABS[lab]).cells
+    assert [cell for cell in theirs.cells if cell.id != "teacher"] == released(LABS[lab]).cells
 
 
 # The commands, on a made-up lab
@@ -172,7 +196,32 @@ def test_check_tells_a_student_in_words_what_is_wrong(toy, capsys):
     assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1
     assert capsys.readouterr().out.splitlines() == [
         "  0 of 2  check_add: 1 + 2 is 3, not -1", "  0 of 1  check_six: not written yet", "  ? of 3  why: a person reads your answer",
-        "0 of 3 points so far; the hidden checks may find more"]
+        "0 of 3 points so far, and 3 for what a person reads; the hidden checks may find more"]
+
+
+def test_check_names_the_first_cell_that_stops_by_the_heading_above_it_and_no_cell_that_only_follows(toy, capsys):
+    mine = answer(add="def add(a, b)\n    return a + b")
+    mine.cells.insert(0, nbformat.v4.new_markdown_cell("## 1. Add\n\nWrite `add`."))
+    mine.cells.append(nbformat.v4.new_code_cell("print(add(1, 2))"))
+    hand_in(toy / "mine.ipynb", mine)
+    assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1
+    *_, fault, _ = capsys.readouterr().out.splitlines()
+    assert fault.startswith('under "1. Add": stops with SyntaxError')
+
+
+def test_check_finds_a_lab_of_the_handout_by_its_name_and_says_where_it_looked_for_others(toy, monkeypatch):
+    monkeypatch.setattr(grading, "HANDOUT", toy / "handout")
+    hand_in(toy / "handout" / "toy.ipynb", answer(**GOOD))
+    assert cli.run(cli.parse(["labs", "check", "toy.ipynb"])) == 0
+    with pytest.raises(SystemExit, match="no such file, seen from this folder or from .*handout.*labs release"):
+        cli.run(cli.parse(["labs", "check", "missing.ipynb"]))
+
+
+def test_release_leaves_a_students_work_as_it_is_and_says_so(toy, capsys):
+    hand_in(toy / "handout" / "toy.ipynb", answer(**GOOD))
+    assert not cli.run(cli.parse(["labs", "release", "-o", str(toy / "handout")]))
+    assert nbformat.read(toy / "handout" / "toy.ipynb", 4).cells == answer(**GOOD).cells
+    assert "is there already and stays as it is" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("text, said", [("{", "is not a notebook"), ("[1]", "is not a notebook"), (nbformat.writes(nbformat.v4.new_notebook()), "has no checks")])

@@ -49,7 +49,7 @@ ALLOWED = {
     "leaderboard": MATERIAL | {"archives", "sweeps", "claims"},
     "book": MATERIAL | {"figures", "export", "page", "widgets", "book", "claims", "leaderboard"},
     "doctor": {"__main__", "archives", "recording", "video"},
-    "labs": {"book", "labs"},
+    "labs": {"book", "files", "labs"},
     "cli": MATERIAL | {"labs", "doctor", "archives", "leaderboard", "figures", "export", "widgets", "book", "bench", "recording", "settings", "claims", "sweeps"},
 }
 DOORS = {

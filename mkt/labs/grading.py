@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from mkt.book.execute import KERNELS
 from mkt.labs.kernel import UNWRITTEN, kernel, run
-from mkt.labs.notebooks import STUBS, labs, name, of_role, points, released
+from mkt.labs.notebooks import HANDOUT, STUBS, headings, labs, name, of_role, points, released
 
 
 class Mark(NamedTuple):
@@ -54,6 +54,13 @@ def unanswered(notebook):
     return [question for question, cell in of_role(notebook, "question").items() if not cell.source.strip() or cell.source.rstrip().endswith(STUBS["markdown"])]
 
 
+def faults(notebook, failures):
+    """What went wrong outside the checks, in words, without what only follows: in the cells that the student writes, and in whatever failed first."""
+    where, written, first = headings(notebook), of_role(notebook, "solution"), next(iter(failures), None)
+    told = (written | {first: None}).keys() - of_role(notebook, "check").keys()
+    return [f"{where[cell]}: {words}" for cell, words in failures.items() if cell in told and words != UNWRITTEN]
+
+
 async def _failures(notebook, limit):
     async with kernel(limit) as client:
         return await run(client, notebook.cells)
@@ -62,9 +69,10 @@ async def _failures(notebook, limit):
 def check(path, limit=60):
     """Run a student's notebook with the checks that it has, and say how each went; limit: seconds a cell may take.
 
-    Returns lines of text, and whether all checks gave their points.  Raises ValueError for a file that is no lab.
+    path: of the notebook, also as seen from notebooks/handout.  Returns lines of text, and whether all checks gave their points.
+    Raises ValueError for a file that is no lab, or not there.
     """
-    notebook = _read(path)
+    notebook = _read(_found(path))
     if not of_role(notebook, "check"):
         raise ValueError(f"{path}: this notebook has no checks; `python3 -m mkt labs release` makes notebooks that have")
     failures = asyncio.run(_failures(notebook, limit))
@@ -72,9 +80,18 @@ def check(path, limit=60):
     lines = [f"{mark.points:3g} of {mark.of:g}  {mark.check}" + (f": {mark.words}" if mark.words else "") for mark in results]
     lines += [f"  ? of {points(cell):g}  {question}: " + ("not answered yet" if question in unanswered(notebook) else "a person reads your answer")
               for question, cell in of_role(notebook, "question").items()]
-    lines += [f"{cell}: {words}" for cell, words in failures.items() if cell not in of_role(notebook, "check") and words != UNWRITTEN]
-    lines.append(f"{sum(mark.points for mark in results):g} of {sum(mark.of for mark in results):g} points so far; the hidden checks may find more")
+    lines += faults(notebook, failures)
+    to_read = sum(points(cell) for cell in of_role(notebook, "question").values())
+    read = f", and {to_read:g} for what a person reads" if to_read else ""
+    lines.append(f"{sum(mark.points for mark in results):g} of {sum(mark.of for mark in results):g} points so far{read}; the hidden checks may find more")
     return lines, all(not mark.words for mark in results)
+
+
+def _found(path):
+    for place in (path, HANDOUT / path):
+        if place.is_file():
+            return place
+    raise ValueError(f"{path}: there is no such file, seen from this folder or from {HANDOUT}; `python3 -m mkt labs release` writes the labs into that one")
 
 
 def submissions(folder, names):
@@ -157,7 +174,7 @@ def _note(lab, handed_in, results, failures):
              if name(cell) in ours and cell.source.strip() != ours[name(cell)].source.strip()]
     answered = of_role(handed_in, "question").keys() - set(unanswered(handed_in))
     notes += [f"{question}: not answered" for question in of_role(lab, "question") if question not in answered]
-    notes += [f"{cell}: {words}" for cell, words in failures.items() if cell not in ours and words != UNWRITTEN]
+    notes += faults(merged(lab, handed_in), failures)
     return "; ".join(notes + [f"{mark.check}: {mark.words}" for mark in results if mark.words])
 
 

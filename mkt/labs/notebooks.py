@@ -9,18 +9,18 @@ question    solution and grade, a markdown cell          the model answer is rep
 given       locked                                       the same, but it cannot be edited
 ==========  ===========================================  =============================================================
 
-All other cells are the student's own to change.
+All other cells are the student's own to change; the cell with the id "teacher", which says whose version this is, is left out.
 """
 
 import copy
-import os
 import re
 
 import nbformat
 
 from mkt.book.catalogue import NOTEBOOKS
+from mkt.files import whole
 
-FOLDER = NOTEBOOKS / "labs"
+FOLDER, HANDOUT = NOTEBOOKS / "labs", NOTEBOOKS / "handout"  # the teacher's versions; the students', where JupyterLab shows them
 STUBS = {"code": "# YOUR CODE HERE\nraise NotImplementedError()", "markdown": "YOUR ANSWER HERE"}  # those of nbgrader
 _ROLES = {(True, False, False): "solution", (False, True, True): "check", (True, True, False): "question", (False, False, True): "given"}
 
@@ -51,9 +51,20 @@ def of_role(notebook, *roles):
     return {name(cell): cell for cell in notebook.cells if role(cell) in roles}
 
 
+def headings(notebook):
+    """Where each cell is found in JupyterLab, which shows no ids: {name of the cell: the heading above it, or else its name}."""
+    result, heading = {}, None
+    for cell in notebook.cells:
+        titles = re.findall(r"^#+ (.+)$", cell.source, re.MULTILINE) if cell.cell_type == "markdown" else []
+        heading = titles[-1] if titles else heading
+        result[name(cell)] = f'under "{heading}"' if heading else name(cell)
+    return result
+
+
 def released(lab):
     """The student's version of a lab: the same cells without solutions and hidden tests."""
     student = copy.deepcopy(lab)
+    student.cells = [cell for cell in student.cells if cell.get("id") != "teacher"]
     for cell in student.cells:
         cell.source = _without(cell.source, "HIDDEN TESTS")
         if role(cell) in ("solution", "question"):
@@ -80,16 +91,19 @@ def _without(source, mark, stub=None):
 
 
 def release(folder):
-    """Write the student's version of every lab into a folder.  Returns the paths.
+    """Write the student's version of every lab into a folder.  Returns {path: whether it was written}: a file that is there may have work in it, and stays.
 
     Raises ValueError where that is the folder of the labs themselves, whose solutions would be lost.
     """
     if folder.resolve() == FOLDER.resolve():
         raise ValueError(f"-o {folder}: that is where the labs with their solutions are; choose another folder")
     folder.mkdir(parents=True, exist_ok=True)
-    paths = {folder / f"{lab}.ipynb": released(notebook) for lab, notebook in labs().items()}
-    for path, notebook in paths.items():
-        fresh = path.with_suffix(".fresh")
-        fresh.write_text(nbformat.writes(notebook) + "\n", encoding="utf-8")
-        os.replace(fresh, path)
-    return list(paths)
+    return {folder / f"{lab}.ipynb": _written(folder / f"{lab}.ipynb", notebook) for lab, notebook in labs().items()}
+
+
+def _written(path, lab):
+    if path.exists():
+        return False
+    with whole(path) as half:
+        half.write_text(nbformat.writes(released(lab)) + "\n", encoding="utf-8")
+    return True
