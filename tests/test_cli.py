@@ -69,6 +69,7 @@ def test_figure_writes_the_format_of_the_ending(tmp_path, ending, magic):
     ([FIGURE, "-o", "no/such/folder/x.png"], "no folder no/such/folder for x.png; make it first"),
     (["--all", "-o", f"{__file__}/x"], "x cannot be made a folder: Not a directory"),
     (["teuliere2009.fig8", "-o", "x.png", "--set", "frame=999", "features=exact"], "has no parameter 'features'"),
+    (["own.run", "-o", "x.png", "--set", "spam=1"], "it takes frame, tracker, particles, scene, seed, n for particles"),
     (["own.resampling", "-o", "x.png", "--set", "n=0"], "own.resampling cannot be drawn with n=0: "),
 ])
 def test_a_wrong_figure_is_answered_in_a_sentence(words, said, tmp_path, monkeypatch):
@@ -110,4 +111,7 @@ def test_figure_list_names_every_figure_and_every_parameter(capsys):
     listed = capsys.readouterr().out
     assert all(id in listed for id in figures.registry())
     cli.run(cli.parse(["figure", FIGURE, "--list"]))
-    assert "span=1.0    one of 0.4, 0.5" in capsys.readouterr().out
+    listed = capsys.readouterr().out
+    assert "span=1.0    one of 0.4, 0.5" in listed and "Numbers need not be" in listed and "n means" not in listed
+    cli.run(cli.parse(["figure", "own.run", "--list"]))
+    assert "n means particles" in capsys.readouterr().out

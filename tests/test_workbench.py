@@ -102,6 +102,21 @@ def test_the_last_choice_counts(car, place):
     assert len(panel.clip) == LENGTH
 
 
+def test_a_typed_path_that_is_a_video_is_chosen_in_the_list_and_stays_there(place):
+    panel = Workbench()
+    panel.source.other.value = "none.mp4"
+    assert "none.mp4" not in dict(panel.source.listed.options)
+    (place / "elsewhere").mkdir()
+    path = str(place / "elsewhere" / "ball.avi")
+    write(place / "elsewhere" / "ball.avi", [np.zeros((48, 64, 3), np.uint8)])
+    panel.source.other.value = f" {path} "
+    assert panel.source.listed.value == panel.source.path == path and panel.source.other.value == "" and len(panel.clip) == 1
+    panel.source.again.click()
+    assert panel.source.listed.value == path
+    panel.source.listed.value = panel.source.listed.options[0][1]
+    assert len(panel.clip) == 120 and path in dict(panel.source.listed.options)
+
+
 def test_the_box_that_the_browser_sends_is_where_the_tracker_starts(panel):
     panel.picker.set_state({"box": [10, 20, 30, 40, 90]})
     assert np.allclose(region_of(panel.settings.box, panel.clip.frames[0]), from_box([10, 20, 30, 40], np.pi / 2))

@@ -87,9 +87,9 @@ def resampling(canvas, *, scheme="multinomial", n=6, lam=20, seed=0):
     left, middle, right = canvas.subplots(1, 3, gridspec_kw={"left": 0.07, "right": 0.985, "bottom": 0.12, "top": 0.53, "wspace": 0.38})
     left.scatter(d, weights, s=60, c=colors, edgecolors="black", lw=0.6, zorder=3)
     left.set(xlabel="distance $d$", ylabel="weight $w$", xlim=(0, 0.7), ylim=(0, 1.05), title=f"$N_{{eff}}$ = {effective_sample_size(weights):.1f} of {n}")
-    middle.bar(range(1, n + 1), counts, color=colors, edgecolor="black", lw=0.6)
-    middle.plot(range(1, n + 1), n * weights, "_", color="black", ms=14, mew=2, label="expected, $N w$")
-    middle.set(xlabel="particle", ylabel="offspring", ylim=(0, n + 0.5), xticks=range(1, n + 1), title=f"{np.count_nonzero(counts)} of {n} live on")
+    middle.bar(range(n), counts, color=colors, edgecolor="black", lw=0.6)
+    middle.plot(range(n), n * weights, "_", color="black", ms=14, mew=2, label="expected, $N w$")
+    middle.set(xlabel="particle", ylabel="offspring", ylim=(0, n + 0.5), xticks=range(n), title=f"{np.count_nonzero(counts)} of {n} live on")
     middle.legend(loc="upper right")
     scatter = {name: offspring_scatter(weights, name) for name in SCHEMES}
     right.barh(list(scatter), list(scatter.values()), color=["black" if name == scheme else "0.7" for name in scatter])
@@ -128,7 +128,7 @@ def _draw_draws(ax, shares, positions, colors):
     starts = np.cumsum(shares) - shares
     ax.barh(0, shares, left=starts, color=colors, edgecolor="black", lw=0.6, height=1)
     for i in np.flatnonzero(shares > 0.025):
-        ax.text(starts[i] + shares[i] / 2, 0, str(i + 1), ha="center", va="center", weight="bold")
+        ax.text(starts[i] + shares[i] / 2, 0, str(i), ha="center", va="center", weight="bold")
     ax.vlines(positions, 0.3, 0.9, color="black", lw=2)
     ax.plot(positions, np.full(len(positions), 0.95), "v", color="black", ms=7, clip_on=False)
     ax.set(xlim=(0, 1), ylim=(-0.5, 1), yticks=[], xlabel="cumulative weight")
@@ -145,8 +145,9 @@ def run(canvas, *, frame=20, tracker="pf-75", particles=75, scene="hidden", seed
 
     Above left, the frame: the truth dashed in black and white, the estimate in green, the hypotheses as dots, larger the more they
     weigh, the thirty heaviest with their outline.  Right, the distance of each of the nine parts at the estimate, and the sorted weights of the particles.
-    Below, the whole run, the frame marked; grey where the target is hidden, red where the tracker itself says that it is lost.
-    Synthetic scenes of [T09]'s figures 6 ("hidden") and 5 ("fast").  The number of particles concerns "pf-75" and "combined".
+    Below, the whole run, the frame marked; grey where less than half of the target is visible, red where the tracker itself says that it is lost.
+    Synthetic scenes of [T09]'s figures 6 ("hidden") and 5 ("fast").  The number in "pf-1" counts kernels (it has 500 particles), in "pf-500" and
+    "pf-75" particles; the slider for particles concerns "pf-75" and "combined" alone.
     """
     scene = SCENES[scene](seed)
     sequence, result = clip(scene), watched(configured(tracker, particles), scene, seed)

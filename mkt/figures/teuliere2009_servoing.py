@@ -86,6 +86,7 @@ def _draw_scene(ax, x, r, k):
     span = np.concatenate([r.cars[:, :2], r.poses[:, :2, 3]])
     middle, half = (span.min(0) + span.max(0)) / 2, max(np.ptp(span, 0).max() / 2, 0.1) + 0.2
     ax.set(xlim=middle[0] + np.array([-half, half]), ylim=middle[1] + np.array([half, -half]), zlim=(0, -1.0), xlabel="X [m]", ylabel="Y [m]", zlabel="Z [m]")
+    ax.zaxis.labelpad = 9  # clear of the ticks
     ax.locator_params(nbins=4)
     ax.set_box_aspect((2 * half, 2 * half, 1.0), zoom=0.95)
     ax.view_init(22, -35)

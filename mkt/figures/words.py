@@ -3,6 +3,7 @@
 from mkt import figures
 
 SHORT = {"n": "particles"}  # as the papers call their number
+ANY = "Numbers need not be one of those listed, which are the positions of a slider."
 
 
 def listing(id=None):
@@ -12,7 +13,12 @@ def listing(id=None):
     entry = figures.get(id)
     rows = [f"  {name}={value}" + (f"    one of {', '.join(map(str, entry.values(name)))}" if name in entry.sliders else "")
             for name, value in entry.defaults.items()]
-    return "\n".join([f"{entry.id}: {entry.title}", *rows])
+    return "\n".join([f"{entry.id}: {entry.title}", *rows, ANY, *(f"{short} means {name}." for short, name in _short(entry).items())])
+
+
+def _short(entry):
+    """{short name: parameter} as far as the figure has the parameter and no other of that name."""
+    return {short: name for short, name in SHORT.items() if name in entry.defaults and short not in entry.defaults}
 
 
 def parameters(entry, assignments):
@@ -25,9 +31,10 @@ def parameters(entry, assignments):
         name, equals, text = word.partition("=")
         if not equals:
             raise ValueError(f"{word!r} is not NAME=VALUE")
-        name = name if name in entry.defaults else SHORT.get(name, name)
+        name = _short(entry).get(name, name)
         if name not in entry.defaults:
-            raise ValueError(f"{entry.id} has no parameter {name!r}; it takes {', '.join(entry.defaults)}")
+            known = ", ".join([*entry.defaults, *(f"{short} for {name}" for short, name in _short(entry).items())])
+            raise ValueError(f"{entry.id} has no parameter {name!r}; it takes {known}")
         result[name] = _value(entry, name, text)
     return result
 

@@ -84,6 +84,7 @@ class Workbench(ipywidgets.VBox):
         except (ValueError, OSError) as error:
             self.clip, self.state = None, EMPTY
             return self.report.say(error)
+        self.source.offer(self.source.path)
         self.state = READY
         height, width = self.clip.frames[0].shape[:2]
         self.report.clear(f"{self.clip.source}: {len(self.clip)} frames of {width}x{height} px, {self.clip.fps:.4g} a second.  Draw a box round the target.")

