@@ -9,11 +9,17 @@ from tests import made_up
 OF_THE_SITE = ("test_book.py", "test_pages.py")
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
     """The tests of one file share its costly results, so they run in one worker; and so do the files that share the site."""
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group("site" if item.path.name in OF_THE_SITE else str(item.path)))
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            file = nodeid.split("::")[0]
+            return "site" if file.endswith(OF_THE_SITE) else file
+
+    return ByFile(config, log)
 
 
 @pytest.fixture(scope="session")
