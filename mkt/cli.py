@@ -31,8 +31,9 @@ def parser():
                                "figure --list", "figure teuliere2009.fig6 --list", "figure teuliere2009.fig3 -o fig3.pdf",
                                "figure teuliere2009.fig6 -o fig6.csv --set particles=100 --set seed=1", "figure --all -o figures --format pdf"))
     _claims_arguments(_command(commands, "claims", run_claims, "put the papers' claims to the test",
-                               "Runs the trackers over many seeds, on all cores, and judges each claim; runs that are known are not done again.",
-                               "claims", "claims T09-c T09-d --seeds 48", "claims -o claims.csv"))
+                               "Runs the trackers over many seeds, on all cores, and judges each claim: some ten minutes for all of them on two cores.\n"
+                               "Runs that are known are not done again.",
+                               "claims --list", "claims", "claims T09-c T09-d --seeds 48", "claims -o claims.csv"))
     _track_arguments(_command(commands, "track", run_track, "track an object in a video of your own",
                               "Follows what is inside a box of the first frame, and writes the video with what was found drawn into it (green; dashed red\n"
                               "where the tracker says that it lost it), a table beside it (.csv), and the settings that give the same track again (.json).\n"
@@ -81,6 +82,7 @@ def _figure_arguments(sub):
 
 def _claims_arguments(sub):
     sub.add_argument("ids", nargs="*", metavar="ID", help="claims such as T09-c; all by default")
+    sub.add_argument("--list", action="store_true", help="list the claims, and stop")
     sub.add_argument("--seeds", type=int, metavar="N", help="how many sequences of each scenario; 16 by default, at least 6")
     sub.add_argument("-o", "--output", type=Path, metavar="FILE", help="also write the numbers into this CSV file")
 
@@ -204,6 +206,8 @@ def run_claims(args):
     from mkt import claims, sweeps
     from mkt.claims import listing
 
+    if args.list:
+        return print(*(f"{claim.id}  {claim.sentence}" for claim in claims.registry().values()), sep="\n")
     try:
         if args.output and not args.output.parent.is_dir():  # said before the long work, not after it
             raise FileNotFoundError(f"no folder {args.output.parent} for {args.output.name}; make it first")
@@ -336,5 +340,8 @@ def run_strip(args):
     """Strip the notebooks and name those that changed."""
     from mkt import book
 
-    for path in book.strip_all():
-        print(f"stripped {os.path.relpath(path)}")
+    try:
+        for path in book.strip_all():
+            print(f"stripped {os.path.relpath(path)}")
+    except book.BookError as error:
+        sys.exit(f"mkt strip: {error}")

@@ -31,7 +31,7 @@ def chapter(tmp_path, notebook, timeout=60):
 
 @pytest.mark.parametrize("old, new, said", [
     ("teuliere2009.fig3", "teuliere2009.fig99", "unknown figure teuliere2009.fig99"), ("01_color", "01_missing", "no notebook 01_missing"),
-    ("title", "titel", "no key 'title'"), ("timeout = 300", "timeout = ", "Invalid value"),
+    ("title", "titel", "no key 'title'"), ("timeout = 300", "timeout = ", "Invalid value"), ("timeout", "limit", "no key 'timeout' in the chapter 01_color"),
     ('["teuliere2009.fig1", ', "[", "fig1 is in no chapter"),
 ])
 def test_a_wrong_catalogue_says_what_is_wrong(tmp_path, old, new, said):

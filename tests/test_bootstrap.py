@@ -3,6 +3,7 @@
 import importlib.util
 import os
 import re
+import subprocess
 import sys
 import tomllib
 
@@ -127,3 +128,11 @@ def test_ci_runs_the_readers_command():
     script = ROOT / ".ci" / "run"
     assert os.access(script, os.X_OK)
     assert script.read_text().rstrip().endswith("exec python3 -m mkt test")
+
+
+def test_the_library_is_found_from_beside_a_folder_of_its_name(tmp_path):
+    """As in the parent folder of a clone called mkt."""
+    (tmp_path / "mkt").mkdir()
+    code = "import mkt; print(mkt.__version__)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr

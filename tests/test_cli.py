@@ -60,7 +60,8 @@ def test_figure_writes_the_format_of_the_ending(tmp_path, ending, magic):
 
 
 @pytest.mark.parametrize("words, said", [
-    (["teuliere2009.fig99", "-o", "x.png"], f"no figure 'teuliere2009.fig99'; there are {', '.join(figures.registry())}"),
+    (["ghosts", "-o", "x.png"], f"no figure 'ghosts'; there are {', '.join(figures.registry())}"),
+    (["fig6", "-o", "x.png"], "no figure 'fig6', perhaps teuliere2009.fig6 or nummiaro2003.fig6 or cordoba2014.fig6?; there are"),
     ([FIGURE, "-o", "x.png", "--set", "spam=1"], "has no parameter 'spam'; it takes layout, span"),
     ([FIGURE, "-o", "x.png", "--set", "span"], "'span' is not NAME=VALUE"),
     ([FIGURE, "-o", "x.png", "--set", "span=wide"], "not a number of type float"),

@@ -55,6 +55,9 @@ def read(path=ROOT / "book.toml", notebooks=NOTEBOOKS):
 
 
 def _chapter(entry, notebooks):
+    for key in ("notebook", "title", "summary", "figures", "timeout"):
+        if key not in entry:
+            raise BookError(f"book.toml: no key {key!r} in the chapter {entry.get('notebook', entry)}")
     return Chapter(notebooks / entry["notebook"], entry["title"], entry["summary"], tuple(entry["figures"]), float(entry["timeout"]))
 
 

@@ -10,6 +10,7 @@ every position is drawn beforehand (`mkt.page`).  The function draws on the
 import importlib
 import inspect
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Callable
 
 from mkt.plotting import canvas
@@ -90,8 +91,9 @@ def registry():
 
 
 def get(id):
-    """The `Entry` of one figure.  Raises KeyError that lists the known ones."""
+    """The `Entry` of one figure.  Raises KeyError that names similar ones and lists all."""
     known = registry()
     if id not in known:
-        raise KeyError(f"no figure {id!r}; there are {', '.join(known)}")
+        similar = [other for other in known if other.endswith(f".{id}")] or get_close_matches(id, known)
+        raise KeyError(f"no figure {id!r}" + f", perhaps {' or '.join(similar)}?" * bool(similar) + f"; there are {', '.join(known)}")
     return known[id]
