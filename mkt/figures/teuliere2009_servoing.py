@@ -88,7 +88,7 @@ def _draw_scene(ax, x, r, k):
     ax.set(xlim=middle[0] + np.array([-half, half]), ylim=middle[1] + np.array([half, -half]), zlim=(0, -1.0), xlabel="X [m]", ylabel="Y [m]", zlabel="Z [m]")
     ax.zaxis.labelpad = 9  # clear of the ticks
     ax.locator_params(nbins=4)
-    ax.set_box_aspect((2 * half, 2 * half, 1.0), zoom=0.95)
+    ax.set_box_aspect((2 * half, 2 * half, 1.0), zoom=0.88)
     ax.view_init(22, -35)
 
 
