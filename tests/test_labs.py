@@ -178,7 +178,7 @@ def hand_in(path, text):
 def graded(folder, output, *words):
     """The rows of the table that `labs grade` writes, {student: row}."""
     assert not cli.run(cli.parse(["labs", "grade", str(folder), "-o", str(output), *words]))
-    with open(output, newline="", encoding="utf-8") as file:
+    with open(output, newline="", encoding="utf-8-sig") as file:
         return {row["student"]: row for row in csv.DictReader(file)}
 
 
@@ -249,10 +249,10 @@ def test_grade_goes_through_a_folder_whatever_is_in_it(toy, monkeypatch):
     assert {student: row["points"] for student, row in rows.items()} == dict.fromkeys(files, "0") | expected
     assert {student: row["of"] for student, row in rows.items()} == dict.fromkeys(files, "3")
     assert rows["good"] | {"file": ""} == {"student": "good", "lab": "toy", "points": "3", "of": "3", "to_read": "3", "check_add": "2", "check_six": "1",
-                                            "note": "", "answers": "why: Why?\n\nI do not know.", "file": ""}
+                                            "note": "", "answers": "why: I do not know.", "file": ""}
     notes = {"broken": "is not a notebook", "nonsense": "is not a notebook", "empty": "check_six: this check is missing", "untouched": "why: not answered",
              "edited": "check_add: was edited, the original counts", "no_check": "check_add: this check is missing", "no_solution": "name 'add' is not defined",
-             "endless": "is there a loop that never ends", "stubborn": "could not be interrupted", "dies": "the kernel died", "typo": "add: stops with SyntaxError"}
+             "endless": "is there a loop that never ends", "stubborn": "could not be interrupted", "dies": "or a cell ended it (exit); add ended the kernel, and 2 checks were not run", "typo": "add: stops with SyntaxError"}
     assert [student for student, words in notes.items() if words not in rows[student]["note"]] == []
 
 
@@ -280,3 +280,87 @@ def test_grade_says_so_when_there_is_nothing_to_grade(toy):
     with pytest.raises(SystemExit, match="no notebooks in there"):
         cli.run(cli.parse(["labs", "grade", str(toy / "nothing"), "-o", str(toy / "grades.csv")]))
     assert not (toy / "grades.csv").exists()
+
+
+@pytest.mark.parametrize("folder, output, said", [("submitted", "grades.csv", "is there already, perhaps with marks that you typed"),
+                                                  ("submitted", "no/x.csv", "there is no folder .*no; make it"), ("no", "x.csv", "there is no such folder"),
+                                                  ("submitted/ada/toy.ipynb", "x.csv", "this is a file; give the folder")])
+def test_grade_refuses_before_it_starts_what_it_cannot_read_or_write(toy, folder, output, said):
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    hand_in(toy / "grades.csv", "marks typed by the teacher")
+    with pytest.raises(SystemExit, match=said):
+        graded(toy / folder, toy / output)
+    assert (toy / "grades.csv").read_text(encoding="utf-8") == "marks typed by the teacher"
+
+
+def test_grade_says_at_ctrl_c_how_many_rows_the_table_has(toy, monkeypatch):
+    async def row(submission, lab, limit):
+        if submission.student == "bob":
+            raise KeyboardInterrupt
+        return {"student": submission.student, "lab": submission.lab, "file": str(submission.path)}
+
+    monkeypatch.setattr(grading, "_row", row)
+    for student in ("ada", "bob"):
+        hand_in(toy / "submitted" / student / "toy.ipynb", answer(**GOOD))
+    with pytest.raises(SystemExit, match="grades.csv has 1 of 2 rows"):
+        graded(toy / "submitted", toy / "grades.csv")
+    assert len((toy / "grades.csv").read_text(encoding="utf-8-sig").splitlines()) == 2
+
+
+def test_grade_sorts_its_rows_has_one_for_files_that_are_no_notebooks_and_tells_spreadsheets_of_umlauts(toy):
+    hand_in(toy / "submitted" / "Zoë" / "toy.ipynb", answer())
+    hand_in(toy / "submitted" / "Jürgen" / "toy.pdf", "%PDF")
+    hand_in(toy / "submitted" / "Jürgen" / ".DS_Store", "")
+    hand_in(toy / "submitted" / "Anna" / "toy.ipynb", "{")
+    rows = graded(toy / "submitted", toy / "grades.csv")
+    assert list(rows) == ["Anna", "Jürgen", "Zoë"]
+    assert rows["Jürgen"]["note"] == "not a notebook: .pdf"
+    assert (toy / "grades.csv").read_bytes().startswith("\ufeff".encode())
+
+
+TAMPERED = {"asserts": "import ast\nclass Drop(ast.NodeTransformer):\n    def visit_Assert(self, node): return ast.Pass()\n"
+                       "get_ipython().ast_transformers.append(Drop())",
+            "lines": "get_ipython().input_transformers_cleanup.append(lambda lines: ['pass\\n' if line.startswith('assert') else line for line in lines])",
+            "numpy": "import numpy as np\nnp.isclose = lambda *_, **__: True"}
+
+
+def test_grade_notes_when_checks_can_no_longer_fail_and_blames_nobody_else(toy):
+    for student, trick in TAMPERED.items():
+        hand_in(toy / "submitted" / student / "toy.ipynb", answer(**GOOD | {"add": f"{GOOD['add']}\n\n\n{trick}"}))
+    hand_in(toy / "submitted" / "honest" / "toy.ipynb", answer(**GOOD | {"add": f"import numpy as np\n{GOOD['add']}"}))
+    notes = {student: row["note"] for student, row in graded(toy / "submitted", toy / "grades.csv").items()}
+    assert notes == dict.fromkeys(TAMPERED, "the checks were tampered with: read this notebook") | {"honest": ""}
+
+
+def test_grade_blames_the_cell_that_calls_exit_not_the_next_one(toy):
+    hand_in(toy / "submitted" / "eve" / "toy.ipynb", answer(**GOOD | {"six": f"{GOOD['six']}\n\n\nexit()"}))
+    row = graded(toy / "submitted", toy / "grades.csv")["eve"]
+    assert row["points"] == "2"
+    assert row["note"].startswith("six: the kernel died") and row["note"].endswith("six ended the kernel, and 1 check was not run")
+
+
+def test_grade_finds_answers_above_the_stub_and_in_cells_below_the_question_and_leaves_out_the_question(toy):
+    above, below = answer(why="Why?\n\nBecause I say so.\n\nYOUR ANSWER HERE"), answer()
+    below.cells.append(nbformat.v4.new_markdown_cell("Look below."))
+    for student, notebook in {"above": above, "below": below, "stub": answer(why="YOUR ANSWER HERE")}.items():
+        hand_in(toy / "submitted" / student / "toy.ipynb", notebook)
+    rows = graded(toy / "submitted", toy / "grades.csv")
+    assert {student: (row["answers"].strip(), row["to_read"]) for student, row in rows.items()} == {
+        "above": ("why: Because I say so.", "3"), "below": ("why: Look below.", "3"), "stub": ("", "0")}
+
+
+def test_a_notebook_of_the_time_before_cells_had_ids_is_graded(toy, recwarn):
+    old = json.loads(nbformat.writes(answer(**GOOD)))
+    for cell in old["cells"]:
+        del cell["id"]
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", json.dumps(old | {"nbformat_minor": 4}))
+    assert graded(toy / "submitted", toy / "grades.csv")["ada"]["points"] == "3"
+    assert [warning for warning in recwarn if "id" in str(warning.message)] == []
+
+
+def test_a_copied_check_gives_its_points_once_and_no_raw_warning(toy, recwarn):
+    twice = answer(**GOOD)
+    twice.cells.append(twice.cells[1])
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", json.dumps(twice))
+    assert graded(toy / "submitted", toy / "grades.csv")["ada"]["points"] == "3"
+    assert [warning for warning in recwarn if "cell id" in str(warning.message)] == []

@@ -15,7 +15,8 @@ from nbclient.exceptions import CellExecutionError, DeadKernelError
 from mkt.book import execute
 from mkt.labs.notebooks import name
 
-UNWRITTEN = "not written yet"
+UNWRITTEN, NOT_RUN = "not written yet", "not run: "
+DIED = "the kernel died, perhaps for want of memory, or a cell ended it (exit)"
 PATIENCE = 10  # [s] for a cell that was interrupted to end; then its kernel is given up
 
 
@@ -31,9 +32,15 @@ async def kernel(limit=60):
     """A fresh kernel in an empty folder of its own, as a client for `run`; limit: seconds a cell may take."""
     with tempfile.TemporaryDirectory(prefix="mkt-lab-", ignore_cleanup_errors=True) as folder:
         client = _Deaf(nbformat.v4.new_notebook(), config=execute.config(), timeout=limit, interrupt_on_timeout=True, record_timing=False,
-                       shutdown_kernel="immediate", resources={"metadata": {"path": folder}})
+                       shutdown_kernel="immediate", on_cell_executed=_heed_exit, resources={"metadata": {"path": folder}})
         async with client.async_setup_kernel(env=execute.environment() | {"MKT_STATIC": "0"}):
             yield client
+
+
+async def _heed_exit(execute_reply, **_):
+    """`exit()` ends the kernel a moment after its cell, in the midst of the next one: end it here, where it was asked for."""
+    if any(item["source"] == "ask_exit" for item in execute_reply["content"].get("payload", [])):
+        raise DeadKernelError("exit")
 
 
 async def run(client, cells):
@@ -64,8 +71,8 @@ async def _one(client, cell, index):
     except (DeadKernelError, TimeoutError):
         if asyncio.current_task().cancelling():  # Ctrl-C, which nbclient takes for a dead kernel
             raise asyncio.CancelledError from None
-        end = f"not finished after {client.timeout:g} s, and could not be interrupted" if over.expired() else "the kernel died, perhaps for want of memory"
-        return end, f"not run: {name(cell)} ended the kernel"
+        end = f"not finished after {client.timeout:g} s, and could not be interrupted" if over.expired() else DIED
+        return end, f"{NOT_RUN}{name(cell)} ended the kernel"
     return "", ""
 
 
