@@ -111,8 +111,8 @@ def _save_table(canvas, numbers, path, named):
 
 
 def _described(ax):
-    """Title and axes of a chart, with the names that stand at ticks instead of numbers."""
-    title = next(filter(None, map(ax.get_title, ("center", "left", "right"))), "")
+    """Label or title, and axes, of a chart, with the names that stand at ticks instead of numbers."""
+    title = ax.get_label() or next(filter(None, map(ax.get_title, ("center", "left", "right"))), "")
     axes = {name: getattr(ax, f"{name}axis") for name in "xyz" if hasattr(ax, f"{name}axis")}
     parts = [title] * bool(title) + [f"{name} is {_axis(axis)}" for name, axis in axes.items() if _axis(axis)]
     return "; ".join(part.replace("\n", " ") for part in parts)

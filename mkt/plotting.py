@@ -70,9 +70,9 @@ def draw_tracked(ax, frame, truth, estimate, color, title=""):
 
 def draw_runs(ax, truth, runs, color, **labels):
     """Curves over the frame number: the truth (T,) in black, several runs (R, T) thin, the first of them thick.  labels: as for ``Axes.set``."""
-    ax.plot(np.transpose(runs[1:]), color=color, lw=0.8, alpha=0.8)
-    ax.plot(runs[0], color=color, lw=2.2)
-    ax.plot(truth, color=TRUTH, lw=1.1)
+    ax.plot(np.transpose(runs[1:]), color=color, lw=0.8, alpha=0.8, label=[f"run {k}" for k in range(1, len(runs))])
+    ax.plot(runs[0], color=color, lw=2.2, label="run 0")
+    ax.plot(truth, color=TRUTH, lw=1.1, label="truth")
     ax.set(xlim=(0, len(truth) - 1), **labels)
 
 

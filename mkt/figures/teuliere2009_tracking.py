@@ -63,16 +63,18 @@ def fig6(canvas, *, particles=75, threshold=0.6, occlusion=5, seed=0):
     position, orientation, lost = before_and_after(regions, sequence)
     truth = _curves(sequence.truth, sequence.truth)
     axes = canvas.subplots(5, 3, sharex=True, sharey="col", gridspec_kw={"left": 0.055, "right": 0.8, "bottom": 0.055, "top": 0.94, "hspace": 0.36, "wspace": 0.24})
+    quantities = "x [px]", "y [px]", "orientation [deg]"
     limits = [(0, 320), (240, 0), (np.min(truth[2]) - 60, np.max(truth[2]) + 60)]
     for i, (name, row) in enumerate(zip(COLORS, axes)):
         curves = np.array([_curves(r, sequence.truth) for r in regions[i]])
         for k, ax in enumerate(row):
+            ax.set_label(f"{_label(name, particles)}; y is {quantities[k]}")
             ax.axvspan(FIRST, FIRST + occlusion - 1, color="0.85", lw=0)
             ax.axvline(FIRST, color="0.4", lw=0.9, ls="--")
             draw_runs(ax, truth[k], curves[:, k], COLORS[name], ylim=limits[k])
         row[0].set_title(_label(name, particles), loc="left", fontweight="bold", color=COLORS[name])
         canvas.text(0.815, row[0].get_position().y1, _summary(position[:, i], orientation[:, i], lost[i]), va="top", fontsize=9, linespacing=1.45)
-    for ax, title in zip(axes[0], ("x [px]", "y [px]", "orientation [deg]")):
+    for ax, title in zip(axes[0], quantities):
         canvas.text(ax.get_position().x0, 0.975, title)
     for ax in axes[-1]:
         ax.set(xlabel="frame", xticks=(0, 20, FIRST, 60, 79))
