@@ -55,7 +55,8 @@ def parser():
                              "`release` writes the students' version of every lab of notebooks/labs into a folder: without solutions and hidden checks.\n"
                              "A file that is there already stays as it is: there may be work in it.\n"
                              "`check` runs your notebook and says in words what its checks found; start it whenever you like.\n"
-                             "`grade` runs what the students handed in, with the hidden checks, and writes a table with a row for each notebook.\n"
+                             "`grade` runs what the students handed in, with the hidden checks, and writes a new table with a row for each file.\n"
+                             "It notes checks that can no longer fail, but is not proof against intent.\n"
                              "It executes the students' code on this machine, as you: do it where you would run a stranger's program.",
                              "labs release", "labs check notebooks/handout/lab_1_histograms_and_kernels.ipynb", "labs grade submitted -o grades.csv"))
     _command(commands, "strip", run_strip, "remove outputs from the notebooks",
@@ -113,9 +114,9 @@ def _labs_arguments(sub):
     check.add_argument("path", type=Path, metavar="FILE", help="your notebook, saved; of one in notebooks/handout its name will do")
     grade = actions.add_parser("grade", help="grade a folder of notebooks, executing them", description="It executes the students' code on this machine, as you.")
     grade.add_argument("path", type=Path, metavar="FOLDER", help="nbgrader's submitted/, with STUDENT/LAB/LAB.ipynb in it; or STUDENT/LAB.ipynb, or STUDENT_LAB.ipynb")
-    grade.add_argument("-o", "--output", type=Path, default=Path("grades.csv"), metavar="FILE", help="table to write; ./grades.csv by default")
+    grade.add_argument("-o", "--output", type=Path, default=Path("grades.csv"), metavar="FILE", help="table to write, which must not be there yet; ./grades.csv by default")
     for action in (check, grade):
-        action.add_argument("--limit", type=float, default=60, metavar="S", help="seconds that a cell may take; 60 by default")
+        action.add_argument("--limit", type=float, default=60, metavar="S", help="seconds that a cell may take, 60 by default; an endless loop costs as many for each cell that calls it")
 
 
 def parse(arguments):
