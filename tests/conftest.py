@@ -1,5 +1,7 @@
 """What several files of tests share: the executed notebooks and the site made of them."""
 
+from contextlib import contextmanager
+
 import pytest
 
 from mkt import book
@@ -24,10 +26,20 @@ def pytest_xdist_make_scheduler(config, log):
 
 @pytest.fixture(scope="session")
 def notebooks():
-    return execute.execute_all(catalogue.read().chapters, book.BUILD / "executed")
+    with without_data():
+        return execute.execute_all(catalogue.read().chapters, book.BUILD / "executed")
 
 
 @pytest.fixture(scope="session")
 def site():
     """The folder of the whole book, with the claims and the boards made up."""
-    return book.build(book.BUILD / "tests", made_up.results, made_up.boards).parent
+    with without_data():
+        return book.build(book.BUILD / "tests", made_up.results, made_up.boards).parent
+
+
+@contextmanager
+def without_data():
+    """The book as most readers build it, which takes half the time: without benchmarks, whatever is on this machine."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("MKT_DATA", raising=False)
+        yield
