@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 WIDTH = 80  # [px] on the screen for an inch of figure
-PAGE_DPI, QUALITY = 100, 65
+PAGE_DPI, QUALITY = 100, 52
 POSITIONS, IN_A_GRID = 9, 5  # of a slider, at most
 FILES = "_static/figures"  # of the site: ID.webp, ID.pdf and ID.csv of each figure with its defaults
 _serial = itertools.count(1)
