@@ -1,4 +1,4 @@
-"""One browser for all tests of this folder, the one that is on the machine; without one they skip."""
+"""One browser for all tests of a file, the one that is on the machine; without one they skip."""
 
 import os
 import shutil
@@ -11,7 +11,7 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "msedge")
 PICTURES = Path(__file__).parents[2] / "_build" / "screenshots"
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")  # not longer: its event loop would keep the book's from running
 def browser():
     found = next(filter(None, map(shutil.which, NAMES)), None)
     root = hasattr(os, "getuid") and os.getuid() == 0

@@ -46,7 +46,7 @@ def serving(notebooks, settled=60):
 
 
 def _environment(home):
-    kept = {name: value for name, value in os.environ.items() if name not in ("MPLBACKEND", "MKT_STATIC")}
+    kept = {name: value for name, value in os.environ.items() if name not in ("MPLBACKEND", "MKT_STATIC", "MKT_DATA")}
     return kept | {name: str(Path(home, name)) for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR")}
 
 
