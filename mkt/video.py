@@ -1,13 +1,14 @@
 """Frames from video files and image folders, decoded when they are asked for.
 
 A `Frames` is a series of (H, W, 3) uint8 RGB arrays: it has a length, an index, slices and a loop, but only the last `KEPT` frames
-are ever in memory.  Going forward decodes each frame once; going back re-opens the file, which is rare because of the cache.
+are ever in memory.  Several threads may read it.  Going forward decodes each frame once; going back re-opens the file, which is rare because of the cache.
 Whatever cannot be used is refused with one `DataError` that names the file, the line and the remedy.
 
 Explained in notebook 03.
 """
 
 import re
+import threading
 from collections import OrderedDict
 from collections.abc import Sequence as Series
 from pathlib import Path
@@ -18,6 +19,7 @@ import numpy as np
 KEPT = 32  # frames: one slider's worth of scrubbing, 7 MB at 320x240
 IMAGES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
 FPS = 25.0  # of folders, and of files that do not say
+_DECODING = threading.RLock()  # a decoder asked by two threads at once takes the process down; a frame can be part of another series
 _GREY_VIDEO = {b"Y800", b"Y16 ", b"GREY"}
 _TO_RGB = "convert it to 8-bit RGB, for example with: ffmpeg -i {} -pix_fmt {} {}"
 
@@ -71,10 +73,11 @@ class Frames(Series):
         if isinstance(index, slice):
             return _Part(self, range(len(self))[index])
         index = range(len(self))[index]  # counts negative ones from the end, raises IndexError beyond it
-        if index not in self._cache:
-            self._keep(index, self._read(index))
-        self._cache.move_to_end(index)
-        return self._cache[index]
+        with _DECODING:
+            if index not in self._cache:
+                self._keep(index, self._read(index))
+            self._cache.move_to_end(index)
+            return self._cache[index]
 
     def _keep(self, index, frame):
         frame.flags.writeable = False  # everybody who asks for it gets the same array

@@ -11,6 +11,7 @@ import asyncio
 import gc
 import html
 import os
+import threading
 import time
 import traceback
 from contextlib import suppress
@@ -28,6 +29,7 @@ LIVE_DPI, SHARP_DPI = 100, 160
 KEPT = 64  # pictures of a panel, about 15 MB
 QUICK, PAUSE = 0.5, 0.01  # [s] of CPU for a drawing that may be made ahead; before it begins, so that a waiting move comes first
 TELL = 0.15  # [s] between two words on how far a run over a sequence is
+_DRAWING = threading.Lock()  # JupyterLab has some moves answered by a second thread of the kernel, while the first one draws another
 
 
 def show(id, **parameters):
@@ -106,7 +108,8 @@ class Panel(ipywidgets.VBox):
             self._trouble.value = f'<pre style="color: #b00020; white-space: pre-wrap">{html.escape(traceback.format_exc(limit=-3))}</pre>'
 
     def _show(self):
-        self._image.value, self.numbers, self._cost = self._drawn(tuple(self.values.items()))
+        with _DRAWING:
+            self._image.value, self.numbers, self._cost = self._drawn(tuple(self.values.items()))
 
     def _draw(self, values):
         """The picture as PNG, the numbers that it shows, and the CPU time [s] that both took.  What takes long shows how far it is."""
@@ -135,7 +138,7 @@ class Panel(ipywidgets.VBox):
                 asyncio.get_running_loop().call_later(PAUSE, self._draw_ahead, self.values | {name: options[beyond]})
 
     def _draw_ahead(self, values):
-        with suppress(Exception):  # it will be told if it is ever asked for
+        with suppress(Exception), _DRAWING:  # an error will be told if it is ever asked for
             self._drawn(tuple(values.items()))
 
 

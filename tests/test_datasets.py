@@ -6,6 +6,7 @@ import os
 import pickle
 import re
 import weakref
+from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import numpy as np
@@ -85,6 +86,13 @@ def test_random_access_equals_sequential_access(frames):
     for k in (len(frames), -len(frames) - 1):
         with pytest.raises(IndexError):
             frames[k]
+
+
+def test_several_threads_may_read(frames):
+    with ThreadPoolExecutor(4) as threads:
+        seen = list(threads.map(lambda order: [(k, frames[k]) for k in order], [range(0, 96, 2), range(95, 0, -3), range(96), range(95, 0, -5)]))
+    for k, frame in itertools.chain.from_iterable(seen):
+        np.testing.assert_array_equal(frame, picture(k))
 
 
 def test_slices_are_views(frames):

@@ -2,6 +2,8 @@
 
 import asyncio
 import re
+import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
@@ -114,6 +116,30 @@ def test_a_run_over_a_sequence_shows_how_far_it_is(monkeypatch):
     assert panel._progress.layout.visibility == "hidden"
 
 
+def test_two_threads_never_draw_at_once():
+    at_work, most = [], []
+
+    @figures.figure("toy.slow", size=(3, 2), x=(0, 99, 1), y=(0, 99, 1))
+    def slow(canvas, *, x=0, y=0):
+        """Slow."""
+        at_work.append(1)
+        time.sleep(0.01)
+        most.append(len(at_work))
+        at_work.pop()
+        return {"x": x, "y": y}
+
+    panel = explore("toy.slow")
+
+    def move(name):
+        for value in range(1, 20):
+            panel._controls[name].value = value
+
+    with ThreadPoolExecutor() as threads:
+        list(threads.map(move, "xy"))
+    assert set(most) == {1} and len(most) > 20
+    assert panel.numbers == {"x": 19, "y": 19}
+
+
 def test_an_error_is_shown_in_the_panel_until_it_is_over():
     panel = explore("toy.line")
     panel._controls["slope"].value = 3
@@ -143,7 +169,7 @@ def test_fixed_parameters_keep_their_value_and_have_no_slider(mode, monkeypatch)
 @pytest.mark.parametrize("mode", ["0", "1"])
 def test_mistakes_end_the_cell_with_the_known_names(mode, monkeypatch):
     monkeypatch.setenv("MKT_STATIC", mode)
-    with pytest.raises(KeyError, match="no figure 'toy.circle'; there are .*toy.line"):
+    with pytest.raises(KeyError, match=r"no figure 'toy.circle', perhaps toy.line\?; there are .*toy.line"):
         explore("toy.circle")
     with pytest.raises(ValueError, match="no parameter 'slop'; it takes slope, color, title"):
         explore("toy.line", slop=1)

@@ -57,7 +57,7 @@ class Workbench(ipywidgets.VBox):
         self.source.observe(self._opened, "path")
         self.source.camera.on_click(lambda _: self._begin(self._record))
         self.track.on_click(lambda _: self._begin(self._follow))
-        self.stop.on_click(lambda _: self.task.cancel())
+        self.stop.on_click(lambda _: self.task.get_loop().call_soon_threadsafe(self.task.cancel))  # the click may come in another thread
         self.observe(self._enter, "state")
         self._opened()
         self._enter()

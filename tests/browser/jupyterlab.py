@@ -109,7 +109,7 @@ class Control:
         self.name = box.locator("label").text_content()
         self._box, self._image = box, figure.locator("img").first
 
-    def picture(self, other_than=None, timeout=120):
+    def picture(self, other_than=None, timeout=60):
         """The fingerprint of the picture; waits at most `timeout` [s] for one that is another."""
         end = time.monotonic() + timeout
         while (fingerprint := self._image.evaluate(HASH)) == other_than and time.monotonic() < end:
