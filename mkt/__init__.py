@@ -1,8 +1,9 @@
 """Multiple kernel tracking: colour-histogram trackers of three papers, small enough to read in an afternoon.
 
 Read in this order: `mkt.regions`, `mkt.kernels`, `mkt.histograms`, `mkt.tracking`; then the material to track, `mkt.scenes` and
-`mkt.datasets`; then how it is judged and drawn, `mkt.evaluation`, `mkt.plotting`, `mkt.figures`.  A robot that follows what is tracked:
-`mkt.servo`, `mkt.kalman`, `mkt.robot`, `mkt.loop`.
+`mkt.datasets`; the trackers, `mkt.trackers.ssd` and `mkt.trackers.particle_filter` first; then how they are judged and drawn,
+`mkt.evaluation`, `mkt.plotting`, `mkt.figures`, over many runs in `mkt.sweeps` and sentence by sentence in `mkt.claims`.  A robot that follows
+what is tracked: `mkt.servo`, `mkt.kalman`, `mkt.robot`, `mkt.loop`.  The course: `mkt.widgets`, `mkt.workbench`, `mkt.labs`, `mkt.book`.
 
 References
 ----------
