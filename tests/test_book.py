@@ -1,6 +1,7 @@
 """The book: the catalogue, the notebooks as stored and as run, and the site, which is built once."""
 
 import re
+from dataclasses import replace
 from html import unescape
 from html.parser import HTMLParser
 from urllib.parse import unquote
@@ -9,7 +10,7 @@ import nbformat
 import pytest
 
 from mkt import figures
-from mkt.book import catalogue, checks, execute, math_svg, pages
+from mkt.book import catalogue, checks, execute, judged, math_svg, pages
 from mkt.book.docstrings import escaped, listed
 from mkt.page import FILES
 from tests import made_up
@@ -118,6 +119,21 @@ def test_an_unchanged_chapter_is_not_run_again(tmp_path):
     assert first == second
     nbformat.write(cells("print(1)"), trial.notebook)
     assert execute.execute_all([trial], folder)["trial"].cells[0].outputs[0].text == "1\n"
+
+
+def test_claims_are_judged_once_until_something_changes(tmp_path, monkeypatch):
+    path, asked = tmp_path / "claims.json", []
+
+    def judge(seeds):
+        asked.append(seeds)
+        return [replace(result, seeds=seeds) for result in made_up.results()]
+
+    first, second = (judged.kept(path, judge) for _ in range(2))
+    assert first == second == judge(judged.SEEDS) and len(asked) == 2
+    path.write_text("{half a fi")
+    assert judged.kept(path, judge) == first and len(asked) == 3
+    monkeypatch.setattr(judged, "library_key", lambda: "another state")
+    assert judged.kept(path, judge) == first and len(asked) == 4
 
 
 def test_output_widgets_do_not_stall(tmp_path):

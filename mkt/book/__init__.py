@@ -1,20 +1,19 @@
 """From notebooks to a book: `build` goes the whole way, one module a station.
 
 `mkt.book.catalogue` reads book.toml, `mkt.book.execute` runs the notebooks, `mkt.book.checks` says what a notebook must be before and
-after, `mkt.book.pages` writes the pages around them, `mkt.book.site` lets Sphinx make the site of it all.
+after, `mkt.book.judged` puts the claims to the test, `mkt.book.pages` writes the pages around them, `mkt.book.site` lets Sphinx make the site of it all.
 """
 
 from functools import partial
 
-from mkt import claims, leaderboard
-from mkt.book import catalogue, checks, execute, site
+from mkt import leaderboard
+from mkt.book import catalogue, checks, execute, judged, site
 from mkt.book.catalogue import ROOT, BookError
 
 BUILD = ROOT / "_build"
-SEEDS = 8  # half of what `python3 -m mkt claims` takes, so that a book from nothing is ready in minutes
 
 
-def build(folder=BUILD, judge=partial(claims.judge, seeds=SEEDS), rank=leaderboard.for_the_book):
+def build(folder=BUILD, judge=partial(judged.kept, BUILD / "claims.json"), rank=leaderboard.for_the_book):
     """Execute the chapters that changed, put the claims to the test, rank the trackers and make the site in a folder.
 
     Returns the path of its first page.  Raises BookError when a chapter fails, naming notebook and cell, or when the catalogue is wrong.
