@@ -81,7 +81,7 @@ def build(renew):
         sys.exit(f"This Python lacks the modules venv and ensurepip.  On Debian or Ubuntu: sudo apt install python3-venv\n"
                  f"(or python{sys.version_info[0]}.{sys.version_info[1]}-venv), on Fedora: sudo dnf install python3-pip.  Then run this again.")
     say(f"{'The list of packages has changed: renewing' if renew else 'First use: setting up'} {VENV}")
-    say(f"with {'uv, some seconds' if uv else 'pip, one or two minutes'} plus the download of 250 MB; it takes 0.9 GB of disk.")
+    say(f"with {'uv, some seconds' if uv else 'pip, one or two minutes'} plus the download of 250 MB; it takes 1.1 GB of disk.")
     clear()
     for number, (doing, command) in enumerate(steps(uv), 1):
         say(f"  {number}/2 {doing}")

@@ -90,7 +90,7 @@ def check(path, limit=60):
     failures = asyncio.run(_failures(notebook.cells, limit))
     results = marks(notebook, notebook, failures)
     lines = [f"{mark.points:3g} of {mark.of:g}  {mark.check}" + (f": {mark.words}" if mark.words else "") for mark in results]
-    lines += [f"  ? of {points(cell):g}  {question}: " + ("a person reads your answer" if _answered(cell) else "not answered yet")
+    lines += [f"  ? of {points(cell):g}  {question}: " + ("a person reads your answer" if _answered(cell) else f"no answer yet, it goes in the place of {STUBS['markdown']}")
               for question, cell in of_role(notebook, "question").items()]
     lines += faults(notebook, failures)
     to_read = sum(points(cell) for cell in of_role(notebook, "question").values())
