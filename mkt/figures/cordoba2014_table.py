@@ -45,7 +45,7 @@ def _percent(tracker, origin, t_lim, n):
 def _columns(names):
     """Where the printed columns stand, and ours, dict name -> x."""
     others = names[len(NAMES):]
-    printed, ours = ((0.29, 0.345, 0.4), (0.475, 0.55, 0.61)) if others else ((0.4, 0.49, 0.58), (0.7, 0.82, 0.93))
+    printed, ours = ((0.24, 0.295, 0.35), (0.43, 0.525, 0.6)) if others else ((0.4, 0.49, 0.58), (0.7, 0.82, 0.93))
     return printed, dict(zip(names, [*ours, *np.linspace(0.67, 0.98, len(others))]))
 
 
