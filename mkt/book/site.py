@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import nbformat
@@ -88,9 +89,11 @@ def draw_all(folder):
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     known = figures.registry()
-    drawn = Parallel(n_jobs=-1, return_as="generator_unordered")(delayed(_draw)(id, folder) for id in known)
-    for _ in tqdm(drawn, desc="figures", unit="figure", total=len(known), disable=None):
-        pass
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "A worker stopped")  # joblib replaces one that has grown large, and nothing is lost
+        drawn = Parallel(n_jobs=-1, return_as="generator_unordered")(delayed(_draw)(id, folder) for id in known)
+        for _ in tqdm(drawn, desc="figures", unit="figure", total=len(known), disable=None):
+            pass
     mark.write_text(library_key())
 
 
