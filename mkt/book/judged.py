@@ -13,7 +13,10 @@ SEEDS = 8  # half of what `python3 -m mkt claims` takes, so that a book from not
 
 
 def kept(path, judge=claims.judge):
-    """All claims, judged with so many seeds, as a list of `mkt.claims.Result`; read from a file where they are known, else kept there."""
+    """All claims, judged over `SEEDS` seeds: read from a file where this state of the library is known, else put to the test and kept there.
+
+    path: of the file, in a folder that is there; judge: called with seeds=.  Returns a list of `mkt.claims.Result`, raises OSError that names the file.
+    """
     key, known = _key(), _read(path)
     if known.get("key") != key:
         results = [{"id": result.claim.id, "verdict": result.verdict, "lines": [asdict(line) for line in result.lines]} for result in judge(seeds=SEEDS)]
@@ -34,4 +37,4 @@ def _read(path):
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        return {}  # none yet, or half a one of another program
+        return {}  # none yet, or one that cannot be read
