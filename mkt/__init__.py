@@ -1,20 +1,151 @@
-"""Multiple kernel tracking: colour-histogram trackers of three papers, small enough to read in an afternoon.
+"""Multiple kernel tracking: colour-histogram trackers of three papers.
 
-Read in this order: `mkt.regions`, `mkt.kernels`, `mkt.histograms`, `mkt.tracking`; then the material to track, `mkt.scenes` and
-`mkt.datasets`; the trackers, `mkt.trackers.ssd` and `mkt.trackers.particle_filter` first; then how they are judged and drawn,
-`mkt.evaluation`, `mkt.plotting`, `mkt.figures`, over many runs in `mkt.sweeps` and sentence by sentence in `mkt.claims`.  A robot that follows
-what is tracked: `mkt.servo`, `mkt.kalman`, `mkt.robot`, `mkt.loop`.  The course: `mkt.widgets`, `mkt.workbench`, `mkt.labs`, `mkt.book`.
+What can be read in an afternoon is *the method*, seven files, and after it the
+trackers:
+
+1. `mkt.regions`, the one currency: oriented rectangles in an image;
+2. `mkt.colors`, from a frame to an image of bins;
+3. `mkt.kernels`, where an object is looked at, and with what weight;
+4. `mkt.histograms`, what is seen there, and how alike two looks are;
+5. `mkt.particles`, motion models and resampling;
+6. `mkt.tracking`, what a tracker is, and the loop;
+7. `mkt.evaluation`, how well a track fits the truth;
+
+then `mkt.trackers.ssd`, `mkt.trackers.particle_filter`, `mkt.trackers.combined` [T09],
+`mkt.trackers.adaptive` with `mkt.trackers.ellipses`, `mkt.trackers.appearance` and
+`mkt.trackers.detector` [N03], `mkt.trackers.hybrid_resampling` and
+`mkt.trackers.template_matching` [C14], `mkt.trackers.guided` with `mkt.trackers.gains`
+(ours), `mkt.trackers.opencv` (rivals), and `mkt.trackers.by_name`, which lists them
+all.
+
+The rest of the house, from the ground up; a wing knows only those below it:
+
+=================  =================================================================
+the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
+                   `mkt.registry`, `mkt.types`
+`mkt.trackers`     see above
+`mkt.scenes`       made of `~mkt.scenes.textures` on `~mkt.scenes.paths`, by
+                   `~mkt.scenes.rendering`; `~mkt.scenes.questions`,
+                   `~mkt.scenes.teuliere2009`, `~mkt.scenes.nummiaro2003`,
+                   `~mkt.scenes.cordoba2014`; `~mkt.scenes.drawn` by lot
+`mkt.sequences`    `~mkt.sequences.video` in, `~mkt.sequences.writing` out,
+                   `~mkt.sequences.formats`, `~mkt.sequences.benchmarks`,
+                   `~mkt.sequences.carphone`
+`mkt.servoing`     `~mkt.servoing.features`, `~mkt.servoing.law`,
+                   `~mkt.servoing.self_motion`, `~mkt.servoing.robot`,
+                   `~mkt.servoing.loop`
+`mkt.experiments`  `~mkt.experiments.sweep`, `~mkt.experiments.cache`,
+                   `~mkt.experiments.statistics`, `~mkt.experiments.timing`,
+                   `~mkt.experiments.claims`, `~mkt.experiments.claims_as_text`,
+                   `~mkt.experiments.leaderboard`
+`mkt.figures`      `~mkt.figures.registry`, `~mkt.figures.panel`,
+                   `~mkt.figures.static_panel`, `~mkt.figures.export`,
+                   `~mkt.figures.film`
+`mkt.papers`       what is drawn and claimed, a folder for each paper;
+                   `~mkt.papers.runs` keeps the runs
+`mkt.own_video`    `~mkt.own_video.settings`, `~mkt.own_video.recording`,
+                   `~mkt.own_video.overlay`, `~mkt.own_video.webcam`,
+                   `~mkt.own_video.workbench`, `~mkt.own_video.controls`,
+                   `~mkt.own_video.box_picker`, `~mkt.own_video.static`
+`mkt.course`       `~mkt.course.cli` and its commands, `~mkt.course.environment`,
+                   `~mkt.course.doctor`, `~mkt.course.speed`,
+                   `~mkt.course.figure_arguments`, `~mkt.course.book`,
+                   `~mkt.course.labs`
+=================  =================================================================
+
+The names that a notebook needs are here too, loaded when they are first used:
+``import mkt``, then ``mkt.track(mkt.SSD(), mkt.carphone())``.
 
 References
 ----------
-[T09] C. Teulière, E. Marchand, L. Eck: A combination of particle filtering and deterministic approaches for multiple kernel
-tracking.  ICRA 2009.
+[T09] C. Teulière, E. Marchand, L. Eck: A combination of particle filtering and
+deterministic approaches for multiple kernel tracking.  ICRA 2009.
 
-[N03] K. Nummiaro, E. Koller-Meier, L. Van Gool: Color features for tracking non-rigid objects.  Acta Automatica Sinica, 2003.
+[N03] K. Nummiaro, E. Koller-Meier, L. Van Gool: Color features for tracking non-rigid
+objects.  Acta Automatica Sinica, 2003.
 
-[C14] D. A. L. Córdoba, C. M. C. C. Koike, F. de Barros Vidal: Particle filter and visual tracking: a hybrid resampling approach to
-improving robustness in cluttered and occluded environments.  2014.
+[C14] D. A. L. Córdoba, C. M. C. C. Koike, F. de Barros Vidal: Particle filter and
+visual tracking: a hybrid resampling approach to improving robustness in cluttered and
+occluded environments.  2014.
 """
-# Nothing is imported here: ``python3 -m mkt`` runs this file before numpy is installed.
+
+# Nothing is imported here but the machinery of imports: ``python3 -m mkt`` runs this
+# file before numpy is installed.
+import importlib
 
 __version__ = "0.1.0"
+
+_PUBLIC = {
+    "mkt.checks": "checked_frame checked_region",
+    "mkt.colors": "BinImage ColorBins JointHSV",
+    "mkt.evaluation": (
+        "accuracy errors evaluate overlap overlaps restarted robustness scored_frames "
+        "success true_positives"
+    ),
+    "mkt.experiments.claims": "judge",
+    "mkt.experiments.statistics": "interval summaries",
+    "mkt.experiments.sweep": "Job jobs sweep write_table",
+    "mkt.figures": "explore show",
+    "mkt.figures.film": "play",
+    "mkt.figures.registry": "FIGURES figure shown",
+    "mkt.files": "DataError",
+    "mkt.histograms": "Target coefficient distance learn log_likelihood",
+    "mkt.kernels": "Kernels",
+    "mkt.own_video.overlay": "annotated",
+    "mkt.own_video.recording": "record",
+    "mkt.own_video.settings": "Settings settled",
+    "mkt.own_video.workbench": "workbench",
+    "mkt.particles": (
+        "EllipseMotion Motion Particles SCHEMES effective_sample_size mean_region "
+        "multinomial normalised residual stratified systematic"
+    ),
+    "mkt.plotting": (
+        "bin_colors draw_box draw_ellipse draw_histogram draw_kernels draw_map "
+        "draw_region draw_surface draw_tracked draw_truth film_strip plot_track "
+        "show_frame use_style"
+    ),
+    "mkt.regions": "corners displaced from_box to_box unwarp warp wrap_angle",
+    "mkt.scenes": "SCENES",
+    "mkt.scenes.drawn": "Drawn drawn",
+    "mkt.scenes.rendering": "Layer Scene",
+    "mkt.sequences.carphone": "Carphone carphone",
+    "mkt.sequences.formats": "bobot mot otb video vot",
+    "mkt.servoing.features": "Camera error features interaction_matrix moments",
+    "mkt.servoing.law": "AdaptiveGain twist",
+    "mkt.servoing.loop": "Experiment Servo close_loop",
+    "mkt.servoing.robot": "Workspace move",
+    "mkt.servoing.self_motion": "OFF Kalman closed_loop",
+    "mkt.trackers.adaptive": "Adaptive",
+    "mkt.trackers.by_name": "LABELS TRACKERS with_particles",
+    "mkt.trackers.combined": "Combined",
+    "mkt.trackers.detector": "moving",
+    "mkt.trackers.guided": "Guided",
+    "mkt.trackers.hybrid_resampling": "HybridResampling",
+    "mkt.trackers.opencv": "MIL CamShift MeanShift",
+    "mkt.trackers.particle_filter": "ParticleFilter",
+    "mkt.trackers.ssd": "SSD",
+    "mkt.trackers.template_matching": "TemplateMatching",
+    "mkt.tracking": "Sequence Track Tracker follow report track",
+}
+NAMES = {name: module for module, names in _PUBLIC.items() for name in names.split()}
+
+
+def __getattr__(name):
+    """A public name, or a module or wing of the package, loaded now (PEP 562)."""
+    if name in NAMES:
+        value = getattr(importlib.import_module(NAMES[name]), name)
+    else:
+        try:
+            value = importlib.import_module(f"{__name__}.{name}")
+        except ModuleNotFoundError as error:
+            if error.name != f"{__name__}.{name}":
+                raise  # a package that the module needs is missing
+            message = f"module {__name__!r} has no attribute {name!r}"
+            raise AttributeError(message) from None
+    globals()[name] = value
+    return value
+
+
+def __dir__():
+    """What can be completed: all public names, loaded or not."""
+    return sorted({*globals(), *NAMES})

@@ -1,11 +1,18 @@
-"""How well a track fits the truth: overlap and errors of a frame, then the numbers that benchmarks make of a whole run.
+"""How well a track fits the truth.
 
-* `true_positives`, (19) of [C14]: the share of frames whose overlap exceeds T_lim, with or without the frames in which the target is hidden;
-* `success`, as OTB draws it: that share for every T_lim; its mean is the area under the curve;
-* `restarted`, `accuracy` and `robustness`, as VOT measures: a tracker that fails is started again, and its failures are counted.
+Overlap and errors of a frame, then the numbers that benchmarks make of a whole run:
 
-Everywhere a frame is judged in which the target is seen, the first one excepted, where the tracker was told.  Overlaps of frames that are
-not judged are NaN.  Overlap and errors are explained in notebook 02, the rest in notebook 14.
+* `true_positives`, (19) of [C14]: the share of frames whose overlap exceeds T_lim, with
+  or without the frames in which the target is hidden;
+* `success`, as OTB draws it: that share for every T_lim; its mean is the area under the
+  curve;
+* `restarted`, `accuracy` and `robustness`, as VOT measures: a tracker that fails is
+  started again, and its failures are counted;
+* `evaluate`: all numbers of a run at once.
+
+A frame is scored where the target is seen, the first one excepted, where the tracker
+was told.  Everything over frames has the length T of the sequence; what is not scored
+is NaN. Overlap and errors are explained in notebook 02, the rest in notebook 14.
 """
 
 from typing import NamedTuple
@@ -14,126 +21,252 @@ import numpy as np
 import shapely
 
 from mkt.regions import area, corners, from_box, to_box, wrap_angle
+from mkt.tracking import Sequence, Track, Tracker
+from mkt.types import Array, ArrayLike, NDArray
 
-HIT = 0.2  # printed, Section 4 of [C14]: T_lim, the overlap above which a frame counts as a true positive
-SEEN = 0.5  # visible fraction above which a frame is judged
+HIT = 0.2  # printed, Section 4 of [C14]: T_lim, the overlap of a true positive
+SEEN = 0.5  # visible fraction above which a frame is scored
 LIMITS = np.linspace(0, 1, 21)  # of the success curve, as in OTB
-PAUSE, BURN_IN = 5, 10  # frames, as in VOT: from a failure to the next start; after each start, too easy to count for the accuracy
+PAUSE = 5  # frames from a failure to the next start, as in VOT
+BURN_IN = 10  # frames after a start that are too easy for the accuracy, as in VOT
+TURNED = 45.0  # [deg] beyond this the orientation is not the target's
+SHRUNK = 0.5  # share of the true area below which a region has shrunk
+LAST = 10  # frames that say whether a target was lost in the end
 
 
 class Errors(NamedTuple):
-    """Errors of regions against the truth, one array (...) each: position [px], orientation [rad, in [0, pi]], scale as the logarithm
-    of the ratio of sizes, 0 where they agree, NaN where the truth is."""
+    """Errors of regions against the truth, NaN where the truth is.
 
-    position: np.ndarray
-    orientation: np.ndarray
-    scale: np.ndarray
+    Attributes
+    ----------
+    position : (...) array [px]
+    orientation : (...) array [rad]
+        In [0, pi].
+    scale : (...) array
+        Logarithm of the ratio of sizes, 0 where they agree.
+    """
+
+    position: Array
+    orientation: Array
+    scale: Array
 
 
-def overlap(regions, truth, upright=False):
-    """Area of the intersection over area of the union, (19) of [C14], of rotated rectangles.
+def overlap(regions: ArrayLike, truth: ArrayLike, upright: bool = False) -> Array:
+    """Area of the intersection over area of the union of rotated rectangles.
 
-    regions, truth: (..., 5) [px, rad]; upright: compare the upright boxes round them, for truths without an orientation.
-    Returns (...) in [0, 1], NaN where either is not finite.
+    Equation (19) of [C14].
 
-    >>> overlap([50, 40, 0, 20, 10], [[50, 40, 0, 20, 10], [70, 40, 0, 20, 10], [50, 40, 0, 10, 10]]).round(3)  # the same; half beside it; half of it
+    Parameters
+    ----------
+    regions, truth : (..., 5) array_like [px, rad]
+    upright : bool
+        Compare the upright boxes round them, for truths without an orientation.
+
+    Returns
+    -------
+    (...) array in [0, 1]
+        NaN where either is not finite.
+
+    Examples
+    --------
+    The same; half beside it; half of it.
+
+    >>> truth = [[50, 40, 0, 20, 10], [70, 40, 0, 20, 10], [50, 40, 0, 10, 10]]
+    >>> overlap([50, 40, 0, 20, 10], truth).round(3)
     array([1.   , 0.333, 0.5  ])
     """
-    regions, truth = np.broadcast_arrays(np.asarray(regions, float), np.asarray(truth, float))
-    known = np.isfinite(regions).all(-1) & np.isfinite(truth).all(-1)
+    found, true = np.asarray(regions, float), np.asarray(truth, float)
+    found, true = np.broadcast_arrays(found, true)
+    known = np.isfinite(found).all(-1) & np.isfinite(true).all(-1)
     if upright:
-        regions, truth = from_box(to_box(regions)), from_box(to_box(truth))
-    a, b = (shapely.polygons(corners(r[known])) for r in (regions, truth))
+        found, true = from_box(to_box(found)), from_box(to_box(true))
+    a, b = (shapely.polygons(corners(r[known])) for r in (found, true))
     result = np.full(known.shape, np.nan)
-    result[known] = shapely.area(shapely.intersection(a, b)) / shapely.area(shapely.union(a, b))
+    common = shapely.area(shapely.intersection(a, b))
+    result[known] = common / shapely.area(shapely.union(a, b))
     return result
 
 
-def errors(regions, truth):
+def errors(regions: ArrayLike, truth: ArrayLike) -> Errors:
     """Errors in position, orientation and scale.
 
-    regions, truth: (..., 5) [px, rad].  Returns `Errors`.
+    Parameters
+    ----------
+    regions, truth : (..., 5) array_like [px, rad]
     """
-    regions, truth = np.asarray(regions, float), np.asarray(truth, float)
+    found, true = np.asarray(regions, float), np.asarray(truth, float)
     return Errors(
-        np.linalg.norm(regions[..., :2] - truth[..., :2], axis=-1),
-        np.abs(wrap_angle(regions[..., 2] - truth[..., 2])),
-        0.5 * np.log(area(regions) / area(truth)),
+        np.linalg.norm(found[..., :2] - true[..., :2], axis=-1),
+        np.abs(wrap_angle(found[..., 2] - true[..., 2])),
+        0.5 * np.log(area(found) / area(true)),
     )
 
 
-def judged(sequence):
-    """Which frames of a `Sequence` count: those in which the target is seen, without the first one.  Returns (T,) bool."""
-    seen = sequence.visibility > SEEN
+def scored_frames(clip: Sequence) -> NDArray:
+    """Which frames of a clip count, (T,) bool: where the target is seen, after 0."""
+    seen = clip.visibility > SEEN
     seen[0] = False
     return seen
 
 
-def overlaps(regions, sequence):
-    """Overlap in all frames but the first, NaN where the target is hidden, 0 where the tracker gave no region.
+def overlaps(regions: ArrayLike, clip: Sequence) -> Array:
+    """Overlap in the scored frames, 0 where the tracker gave no region.
 
-    regions: (..., T, 5) [px, rad], of one or more runs over the `Sequence`.  Returns (..., T - 1) in [0, 1].
+    Parameters
+    ----------
+    regions : (..., T, 5) array_like [px, rad]
+        Of one or more runs over the sequence.
+    clip : Sequence
+
+    Returns
+    -------
+    (..., T) array in [0, 1]
+        NaN in frame 0 and where the target is hidden.
     """
-    iou = np.nan_to_num(overlap(regions, sequence.truth, sequence.upright))
-    return np.where(judged(sequence), iou, np.nan)[..., 1:]
+    iou = np.nan_to_num(overlap(regions, clip.truth, clip.upright))
+    return np.where(scored_frames(clip), iou, np.nan)
 
 
-def true_positives(iou, limit=HIT, hidden=False):
+def true_positives(iou: ArrayLike, limit: float = HIT, hidden: bool = False) -> Array:
     """Share of frames whose overlap exceeds T_lim, (19) of [C14].
 
-    iou: (..., T) of `overlaps`; hidden: divide by all frames, as [C14] does, although no tracker can score where there is no truth; else
-    by those in which the target is seen.  Returns (...) in [0, 1], NaN where there is no frame to divide by.
+    Parameters
+    ----------
+    iou : (..., T) array_like
+        Of `overlaps`.
+    limit : float
+        T_lim.
+    hidden : bool
+        Divide by all frames but the first, as [C14] does, although no tracker can score
+        where there is no truth; else by those in which the target is seen.
+
+    Returns
+    -------
+    (...) array in [0, 1]
+        NaN where there is no frame to divide by.
     """
-    frames = np.full(np.shape(iou)[:-1], np.shape(iou)[-1]) if hidden else np.isfinite(iou).sum(-1)
+    iou = np.asarray(iou, float)
+    every = np.full(iou.shape[:-1], iou.shape[-1] - 1)
+    frames = every if hidden else np.isfinite(iou).sum(-1)
     return np.sum(iou > limit, -1) / np.where(frames > 0, frames, np.nan)
 
 
-def success(iou, limits=LIMITS):
-    """The success curve of OTB: the share of seen frames whose overlap exceeds each limit.
+def success(iou: ArrayLike, limits: ArrayLike = LIMITS) -> Array:
+    """The success curve of OTB: the share of seen frames that exceed each limit.
 
-    iou: (..., T) of `overlaps`; limits: (L,).  Returns (..., L).  Its mean over the limits is what OTB calls the area under the curve; a
-    perfect track has 20 / 21, for no overlap exceeds 1.
+    Its mean over the limits is what OTB calls the area under the curve; a perfect track
+    has 20 / 21, for no overlap exceeds 1.
+
+    Parameters
+    ----------
+    iou : (..., T) array_like
+        Of `overlaps`.
+    limits : (L,) array_like
+
+    Returns
+    -------
+    (..., L) array
     """
-    return np.stack([true_positives(iou, limit) for limit in limits], -1)
+    return np.stack([true_positives(iou, limit) for limit in np.asarray(limits)], -1)
+
+
+def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
+    """What a track is worth on its sequence, over the scored frames.
+
+    Returns
+    -------
+    dict of float
+        overlap : mean.
+        hits, hits_of_all : the share of true positives, out of the frames in which the
+        target is seen, and out of all frames, hidden ones too.
+        area : under the success curve.
+        position [px], orientation [deg], scale [log] : means without sign.
+        shrunk : the share of frames with less than half of the true area.
+        lost, failed : 1 when none of the last ten scored frames is a hit, or none is
+        one with the orientation right to 45 degrees.
+        silent, false_alarms : how often the tracker did not say "lost" though it
+        missed, of the misses; how often it did though it hit, of the hits; NaN without
+        any.
+    """
+    every, scored = overlaps(track.regions, clip), scored_frames(clip)
+    iou = every[scored]
+    off = errors(track.regions[scored], clip.truth[scored])
+    degrees = np.rad2deg(off.orientation)
+    hit, said = iou > HIT, track.lost[scored]
+    right = hit & (clip.upright | (degrees <= TURNED))
+    numbers = {
+        "overlap": np.mean(iou),
+        "hits": true_positives(every),
+        "hits_of_all": true_positives(every, hidden=True),
+        "area": np.mean(success(every)),
+        "position": np.mean(off.position),
+        "orientation": np.mean(degrees),
+        "scale": np.mean(np.abs(off.scale)),
+        "shrunk": np.mean(np.exp(2 * off.scale) < SHRUNK),
+        "lost": not hit[-LAST:].any(),
+        "failed": not right[-LAST:].any(),
+        "silent": _share(~said[~hit]),
+        "false_alarms": _share(said[hit]),
+    }
+    return {name: float(value) for name, value in numbers.items()}
+
+
+def _share(flags: NDArray) -> float:
+    return float(np.mean(flags)) if len(flags) else np.nan
 
 
 class Restarted(NamedTuple):
-    """A run with restarts: the overlap (T,), NaN where nothing was judged, and the frames of the starts and of the failures."""
+    """A run with restarts.
 
-    overlap: np.ndarray
+    Attributes
+    ----------
+    overlap : (T,) array
+        NaN where nothing was judged.
+    starts, failures : list of int
+        Their frames.
+    """
+
+    overlap: Array
     starts: list[int]
     failures: list[int]
 
 
-def restarted(tracker, sequence, seed=0):
-    """Run a tracker as VOT does: where it misses a visible target altogether, it has failed, and is started again on the truth.
+def restarted(tracker: Tracker, clip: Sequence, seed: int = 0) -> Restarted:
+    """Run a tracker as VOT does: after a failure it is started again on the truth.
 
-    That is five frames later, or as soon after as the target is seen.  Returns `Restarted`.
+    It has failed where it misses a visible target altogether; it is started five frames
+    later, or as soon after as the target is seen.
     """
-    rng, state, ready = np.random.default_rng(seed), None, 0
-    run, seen = Restarted(np.full(len(sequence), np.nan), [], []), sequence.visibility > SEEN
-    for k, frame in enumerate(sequence.frames):
+    rng = np.random.default_rng(seed)
+    seen = clip.visibility > SEEN
+    run = Restarted(np.full(len(clip), np.nan), [], [])
+    state, ready = None, 0
+    for k, frame in enumerate(clip.frames):
         if state is not None:
             state, info = tracker.step(state, frame, rng)
-            run.overlap[k] = overlap(info["region"], sequence.truth[k], sequence.upright) if seen[k] else np.nan
+            if seen[k]:
+                run.overlap[k] = overlap(info["region"], clip.truth[k], clip.upright)
             if run.overlap[k] == 0:
                 state, ready = None, k + PAUSE
                 run.failures.append(k)
         elif k >= ready and seen[k]:
-            state = tracker.init(frame, sequence.truth[k], rng)
+            state = tracker.init(frame, clip.truth[k], rng)
             run.starts.append(k)
     return run
 
 
-def accuracy(run):
-    """Mean overlap of a `Restarted` run, without its failures and the ten frames from each start on; NaN where nothing is left."""
+def accuracy(run: Restarted) -> float:
+    """Mean overlap of a run with restarts, NaN where nothing is left to judge.
+
+    Its failures do not count, nor do the ten frames from each start on.
+    """
     iou = run.overlap.copy()
     iou[run.failures] = np.nan
     for start in run.starts:
-        iou[start:start + BURN_IN] = np.nan
+        iou[start : start + BURN_IN] = np.nan
     return float(np.nanmean(iou)) if np.isfinite(iou).any() else np.nan
 
 
-def robustness(run, span=100):
-    """How probable it is to go `span` frames without a failure, exp(-span F / T), F failures of a `Restarted` run in T frames."""
+def robustness(run: Restarted, span: int = 100) -> float:
+    """How probable it is to go `span` frames without a failure: exp(-span F / T)."""
     return float(np.exp(-span * len(run.failures) / len(run.overlap)))

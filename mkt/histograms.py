@@ -1,166 +1,170 @@
 """Colour histograms of many regions at once, and how alike two of them are.
 
-The way of a frame: ``bins(frame)`` turns colours into one image of bin numbers, once; `histograms` looks the kernels' sample points
-up in it for all regions in one call; `coefficient` and `distance` compare the result with the reference, which `learn` keeps as
-a `Target`.
+The way of a frame: ``bins(frame)`` turns colours into one image of bin numbers, once
+(`mkt.colors`); `histograms` looks the kernels' sample points up in it for all regions
+in one call; `coefficient` and `distance` compare the result with the reference, which
+`learn` keeps as a `Target`.
 
-How the histograms are made, and what was tried (500 regions, 4,800 samples, nine kernels; ``python3 -m mkt bench`` measures it here):
+How the histograms are made, and what was tried (500 regions, 4,800 samples, nine
+kernels; ``python3 -m mkt bench`` measures it here):
 
-* sample positions: a float32 matrix product a chunk of regions, then ``cv2.remap`` (nearest) on the bin image;
-* constant weights: one two-channel ``cv2.calcHist`` a chunk, whose first channel is the number of the kernel in the chunk;
-* other weights: a sparse matrix with one 1 a sample (bin by sample) times K: about twice the cost of constant ones.  Tried and
-  slower: ``np.bincount`` with weights once a kernel (11 x) or once over all (sample, kernel) pairs (6 x), a one-hot matrix product
-  (19 x), and ``calcHist`` over small cells of constant weight followed by a product (3 to 4 x, and not exact).
+* sample positions: a float32 matrix product for each chunk of regions, then
+  ``cv2.remap`` (nearest) on the bin image;
+* constant weights: one two-channel ``cv2.calcHist`` for each chunk, whose first channel
+  is the number of the kernel in the chunk;
+* other weights: a sparse matrix with one 1 for each sample (bin by sample) times K,
+  about twice the cost of constant ones.  Tried and slower: ``np.bincount`` with weights
+  once for each kernel (11 x) or once over all pairs of a sample and a kernel (6 x), a
+  one-hot matrix product (19 x), and ``calcHist`` over small cells of constant weight
+  followed by a product (3 to 4 x, and not exact).
 
-Chunks keep the memory at a few megabytes however many regions there are.  Explained in notebook 01.
+Chunks keep the memory at a few megabytes however many regions there are.  For a single
+region, whose derivatives are wanted too, `mkt.trackers.ssd` counts in another way.
+
+Explained in notebook 01.
 """
 
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from collections.abc import Iterator
+from functools import lru_cache
 from threading import get_ident
 from typing import NamedTuple
 
 import cv2
 import numpy as np
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, csr_matrix
 
+from mkt.checks import LONGEST, checked_region
+from mkt.colors import BinImage
 from mkt.kernels import Kernels
-from mkt.regions import as_regions, checked, warp_matrices
+from mkt.regions import as_regions, warp_matrices
+from mkt.types import Array, ArrayLike, NDArray, Region, Regions
 
-# Two threads help on an idle machine and stall on a busy one; repeated runs use processes instead.
-cv2.setNumThreads(1)
-
-SPACES = {"hsv": (10, 10, 10), "rgb": (8, 8, 8), "hs": (10, 10)}
-MOST_BINS = 65_535  # bin numbers, and one more for what lies outside the image, fit 16 bits
-LONGEST = 32_766  # px a side, and samples: cv2.remap counts with 16 bits and a sign
 FAR = 1e9  # px; beyond it single precision has no places left
+IN_CACHE = 130_000  # samples whose positions and labels the processor's cache holds
 
 
-def checked_frame(frame):
-    """The frame as an array.  Raises ValueError unless it is (H, W, 3) uint8 with at least one pixel, and no side too long for OpenCV."""
-    frame = np.asarray(frame)
-    if frame.ndim != 3 or frame.shape[2] != 3 or frame.dtype != np.uint8 or not frame.size:
-        raise ValueError(f"a frame must be (H, W, 3) uint8 RGB with at least one pixel, not {frame.shape} {frame.dtype}; convert it first")
-    if max(frame.shape) > LONGEST:
-        raise ValueError(f"a frame of {frame.shape[1]}x{frame.shape[0]} px is too large; scale it down to at most {LONGEST} px a side")
-    return frame
+def histograms(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray:
+    """Kernel-weighted histograms, q_u = sum_i K_ji delta(b(l_i) - u).
 
+    Equation (2) of [T09], (3) of [N03].
 
-@dataclass(frozen=True)
-class ColorBins:
-    """The bin map b(l) of a colour: frame (H, W, 3) uint8 RGB -> bin image (H, W), uint8 where the numbers fit, else uint16.
+    Parameters
+    ----------
+    image : BinImage
+        The bins of the frame.
+    kernels : Kernels
+        Fitted to the object.
+    regions : (N, 5) array_like [px, rad]
 
-    space:  "hsv", N_h N_s + N_v bins: colourful pixels by hue and saturation, grey or dark ones (S <= s_min or V <= v_min) by value;
-            "rgb", all three channels jointly; "hs", hue and saturation jointly.
-    counts: bins a channel; None takes 10, 10, 10 for hsv, 8, 8, 8 for rgb [N03], 10, 10 for hs [C14].
+    Returns
+    -------
+    (N, J, m) float32 array
+        Each (n, j) sums to 1.  Samples outside the image are not counted; a kernel with
+        all of its samples outside gives zeros, hence the coefficient 0.  A region that
+        is not finite lies outside everything.
 
-    Raises ValueError naming the field.  Notebook 01.
-
-    >>> bins = ColorBins()
-    >>> bins(np.array([[[255, 0, 0], [200, 0, 0], [128, 128, 128]]], np.uint8)).tolist()  # two reds of one hue and saturation; a grey
-    [[9, 9, 105]]
+    Raises
+    ------
+    ValueError
+        For kernels that are not fitted, regions of another shape, and more samples than
+        OpenCV can look up.
     """
-
-    space: str = "hsv"
-    counts: tuple[int, ...] | None = None
-    s_min: float = 0.1
-    v_min: float = 0.2
-
-    def __post_init__(self):
-        if self.space not in SPACES:
-            raise ValueError(f"space is {self.space!r}; it must be one of {', '.join(SPACES)}")
-        needed = len(SPACES[self.space])
-        if self.counts is not None and (len(self.counts) != needed or not all(1 <= c <= 64 for c in self.counts)):
-            raise ValueError(f"counts is {self.counts}; {self.space} takes {needed} numbers from 1 to 64")
-        if self.m > MOST_BINS:
-            raise ValueError(f"counts is {self.counts}, which makes {self.m} bins; take fewer, at most {MOST_BINS} in all")
-        for field in ("s_min", "v_min"):
-            if not 0 <= getattr(self, field) <= 1:
-                raise ValueError(f"{field} is {getattr(self, field)}; it must lie between 0 and 1")
-
-    @property
-    def _counts(self):
-        return SPACES[self.space] if self.counts is None else self.counts
-
-    @cached_property
-    def m(self):
-        """Number of bins."""
-        if self.space == "hsv":
-            h, s, v = self._counts
-            return h * s + v
-        return int(np.prod(self._counts))
-
-    @cached_property
-    def dtype(self):
-        """Type of the bin image; one number more than the bins is needed, for what lies outside the image."""
-        return np.uint8 if self.m < 256 else np.uint16
-
-    @cached_property
-    def _tables(self):
-        """One look-up table (256,) a channel, whose entries add up to the bin number."""
-        ranges = (256, 256, 256) if self.space == "rgb" else (180, 256, 256)
-        steps = [np.minimum(np.arange(256) * c // r, c - 1) for c, r in zip(self._counts, ranges)]
-        if self.space == "hsv":
-            h, s, v = steps
-            return [t.astype(self.dtype) for t in (h * self._counts[1], s, v + self.m - self._counts[2])]
-        strides = np.cumprod([1, *self._counts[:0:-1]])[::-1]
-        return [(step * stride).astype(self.dtype) for step, stride in zip(steps, strides)]
-
-    def __call__(self, frame):
-        """frame (H, W, 3) uint8 RGB -> (H, W) bin numbers in 0 ... m - 1.  Raises ValueError for any other shape or type."""
-        frame = checked_frame(frame)
-        channels = cv2.split(frame if self.space == "rgb" else cv2.cvtColor(frame, cv2.COLOR_RGB2HSV))
-        looked_up = [cv2.LUT(channel, table) for channel, table in zip(channels, self._tables)]
-        if self.space == "hsv":
-            grey = (channels[1] <= 255 * self.s_min) | (channels[2] <= 255 * self.v_min)
-            return cv2.copyTo(looked_up[2], grey.view(np.uint8), looked_up[0] + looked_up[1])  # several times as fast as numpy's where
-        return sum(looked_up[1:], looked_up[0])
+    return normalised(counts(image, kernels, regions))
 
 
-def histograms(image, m, kernels, regions):
-    """Kernel-weighted histograms, q_u = sum_i K_ji delta(b(l_i) - u): (2) of [T09], (3) of [N03].
-
-    image: (H, W) bin numbers below m, from `ColorBins`; m: number of bins; kernels: `Kernels`; regions: (N, 5) [px, rad].
-    Returns (N, J, m) float32.  Each (n, j) sums to 1.  Samples outside the image count for nothing; a kernel with all of its
-    samples outside gives zeros, hence the coefficient 0.  A region that is not finite lies outside everything.
-    Raises ValueError for an image that is not one of m bins, regions of another shape, or more samples than OpenCV can look up.
-    """
-    _check(image, m, kernels)
+def counts(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray:
+    """`histograms` before they are made to sum to 1; the same arguments and errors."""
     regions = as_regions(regions).reshape(-1, 5)
-    count = _weighted if kernels.parts is None else _counted
-    q = np.empty((len(regions), len(kernels.weights), m), np.float32)
+    count = _weighted if kernels.parts is None else _constant
+    result = np.empty((len(regions), len(kernels.weights), image.m), np.float32)
+    for part, labels in _chunks(image, kernels, regions):
+        count(labels, kernels, result[part])
+    return result
+
+
+def mixed_histograms(
+    image: BinImage, kernels: Kernels, regions: ArrayLike, shares: ArrayLike
+) -> NDArray:
+    """One histogram for each region, under a mixture of the kernels of its own.
+
+    Counted by unpacking a sparse matrix of all weights, which adds up what falls into
+    one place: .8 ms for 100 ellipses of 942 samples and 512 bins, where the two
+    histograms that could be mixed afterwards take 1.7, and ``np.bincount`` 1.2.
+
+    Parameters
+    ----------
+    image, kernels, regions
+        As for `histograms`, which also says what is refused.
+    shares : (N, J) array_like
+        Of each kernel in the weight of each region, of any sum.
+
+    Returns
+    -------
+    (N, m) float32 array
+        Each of sum 1, or all zero.
+    """
+    regions = as_regions(regions).reshape(-1, 5)
+    weights = np.asarray(shares, np.float32) @ kernels.weights.astype(np.float32)
+    result = np.empty((len(regions), image.m), np.float32)
+    for part, labels in _chunks(image, kernels, regions):
+        starts = np.arange(0, labels.size + 1, labels.shape[1], dtype=np.int32)
+        indices = labels.ravel().astype(np.int32)
+        entries = (weights[part].ravel(), indices, starts)
+        table = csr_matrix(entries, (len(labels), image.m + 1)).toarray()
+        result[part] = table[:, : image.m]
+    return normalised(result)
+
+
+def normalised(counts: NDArray) -> NDArray:
+    """Counts (..., m), changed in place so that each sums to 1 or is all zero."""
+    ones = np.ones((counts.shape[-1], 1), np.float32)
+    counts /= np.maximum(counts @ ones, 1e-9)  # three times as fast as sum(-1)
+    return counts
+
+
+def sample(image: BinImage, kernels: Kernels, region: Region) -> NDArray:
+    """Bin number under every sample point of one region.
+
+    Parameters
+    ----------
+    image : BinImage
+    kernels : Kernels
+    region : (5,) array [px, rad]
+
+    Returns
+    -------
+    (n,) array
+        m where a point lies outside the image.
+    """
+    return _look_up(image, kernels, _finite_matrices(region[None]))[0].copy()
+
+
+def _chunks(
+    image: BinImage, kernels: Kernels, regions: Regions
+) -> Iterator[tuple[slice, NDArray]]:
+    """Regions (N, 5) in parts, each with the bins under its samples, (k, n).
+
+    The bins are overwritten with each part, so they never leave this module.
+    """
+    if len(kernels.points) > LONGEST:
+        raise ValueError(
+            f"samples is {kernels.samples}, too many; take at most {LONGEST}"
+        )
     rows, matrices = _chunk(kernels), _finite_matrices(regions)
     for start in range(0, len(regions), rows):
-        part = q[start:start + rows]
-        count(_look_up(image, m, kernels, matrices[start:start + rows]), m, kernels, part)
-        part /= np.maximum(part @ np.ones((m, 1), np.float32), 1e-9)  # the product is three times as fast as sum(-1)
-    return q
+        part = slice(start, start + rows)
+        yield part, _look_up(image, kernels, matrices[part])
 
 
-def _check(image, m, kernels):
-    """A number beyond m would be counted in foreign memory."""
-    if not (isinstance(image, np.ndarray) and image.ndim == 2 and image.size and max(image.shape) <= LONGEST and image.dtype in (np.uint8, np.uint16)):
-        raise ValueError(f"image must be (H, W) bin numbers, uint8 or uint16, from 1 to {LONGEST} px a side; make it from a frame with ColorBins")
-    if not image.max() < m <= np.iinfo(image.dtype).max:
-        raise ValueError(f"m is {m}, but the image has bin numbers up to {image.max()}, as {image.dtype}; give the m of the ColorBins that made it")
-    if len(kernels.points) > LONGEST:
-        raise ValueError(f"samples is {kernels.samples}, too many; take at most {LONGEST}")
-
-
-def _chunk(kernels):
-    """Regions a chunk: as many as the processor's cache holds labels and positions of, and kernel numbers that fit uint8."""
+def _chunk(kernels: Kernels) -> int:
+    """Regions in a chunk: the cache must hold them, uint8 their kernels' numbers."""
     j, n = kernels.weights.shape
-    cached = max(130_000 // n, 1)
+    cached = max(IN_CACHE // n, 1)
     return cached if kernels.parts is None else max(min(cached, 255 // j), 1)
 
 
-def sample(image, m, kernels, region):
-    """Bin number under every sample point of one region (5,), m where it lies outside the image.  Returns (n,)."""
-    return _look_up(image, m, kernels, _finite_matrices(region[None]))[0]
-
-
-def _finite_matrices(regions):
-    """The maps (N, 2, 3) from canonical points to the image; what is not finite, or nearly so, goes far outside."""
+def _finite_matrices(regions: Regions) -> NDArray:
+    """The maps (N, 2, 3) to the image; those that are hardly finite go far outside."""
     matrices = warp_matrices(regions)
     near = np.abs(matrices) < FAR
     if not near.all():
@@ -168,99 +172,221 @@ def _finite_matrices(regions):
     return matrices.astype(np.float32)
 
 
-def _look_up(image, m, kernels, matrices):
-    """Bin numbers under the sample points, (k, n), for maps (k, 2, 3); the next call overwrites them."""
-    x, y, labels = _room(get_ident(), len(matrices), len(kernels.points), image.dtype)
-    np.matmul(matrices[:, 0], kernels.homogeneous, out=x)
-    np.matmul(matrices[:, 1], kernels.homogeneous, out=y)
-    return cv2.remap(image, x, y, cv2.INTER_NEAREST, labels, cv2.BORDER_CONSTANT, m)
+def _look_up(image: BinImage, kernels: Kernels, matrices: NDArray) -> NDArray:
+    """Bins under the sample points, (k, n), for maps (k, 2, 3).
+
+    The next call in the same thread overwrites them.
+    """
+    rows, points = len(matrices), kernels.homogeneous
+    x, y, labels = _room(get_ident(), rows, points.shape[1], image.labels.dtype)
+    np.matmul(matrices[:, 0], points, out=x)
+    np.matmul(matrices[:, 1], points, out=y)
+    border = cv2.BORDER_CONSTANT
+    return cv2.remap(image.labels, x, y, cv2.INTER_NEAREST, labels, border, image.m)
 
 
 @lru_cache(maxsize=32)
-def _room(_thread, k, n, dtype):
-    """Arrays to work in, kept: asking the system for fresh memory for every chunk can take longer than the work itself."""
-    return np.empty((k, n), np.float32), np.empty((k, n), np.float32), np.empty((k, n), dtype)
+def _room(_thread, k: int, n: int, dtype) -> tuple[NDArray, NDArray, NDArray]:
+    """Arrays to work in, kept for each thread.
+
+    To ask the system for fresh memory for every chunk can take longer than the work.
+    """
+    x, y = np.empty((2, k, n), np.float32)
+    return x, y, np.empty((k, n), dtype)
 
 
-def _counted(labels, m, kernels, out):
-    """Histograms for constant weights, unnormalised: labels (k, n) -> out (k, J, m)."""
-    k, j = len(labels), len(kernels.weights)
+def _constant(labels: NDArray, kernels: Kernels, out: NDArray) -> None:
+    """Counts under constant weights: labels (k, n) -> out (k, J, m)."""
+    k, j, m = out.shape
     number = _numbers(kernels, labels.dtype)[:k]
-    cv2.calcHist([number, labels], [0, 1], None, [k * j, m], [0, k * j, 0, m], out.reshape(k * j, m))
+    ranges, sizes = [0, k * j, 0, m], [k * j, m]
+    table = out.reshape(k * j, m)
+    cv2.calcHist([number, labels], [0, 1], None, sizes, ranges, table)
 
 
 @lru_cache(maxsize=64)
-def _numbers(kernels, dtype):
-    """The kernel that each sample of a whole chunk counts for, numbered through the chunk.  Returns (chunk, n)."""
+def _numbers(kernels: Kernels, dtype) -> NDArray:
+    """The kernel that each sample of a whole chunk counts for: (chunk, n)."""
+    assert kernels.parts is not None  # or their weights are not constant
     j = len(kernels.weights)
-    return (kernels.parts + j * np.arange(_chunk(kernels))[:, None]).astype(dtype)
+    rows = np.arange(_chunk(kernels))[:, None]
+    return (kernels.parts + j * rows).astype(dtype)
 
 
-def _weighted(labels, m, kernels, out):
-    """Histograms for any weights, unnormalised: labels (k, n) -> out (k, J, m), as one product of a sparse matrix with K."""
+def _weighted(labels: NDArray, kernels: Kernels, out: NDArray) -> None:
+    """Counts under any weights: labels (k, n) -> out (k, J, m), a sparse product."""
     k, n = labels.shape
+    m = out.shape[-1]
     rows = (labels.T + (m + 1) * np.arange(k, dtype=np.int32)).ravel()
+    starts = np.arange(0, rows.size + 1, k, dtype=np.int32)
     ones = np.ones(rows.size, np.float32)
-    membership = csc_matrix((ones, rows, np.arange(0, rows.size + 1, k, dtype=np.int32)), shape=(k * (m + 1), n))
-    counts = membership @ kernels.weights.T.astype(np.float32)
-    out[:] = counts.reshape(k, m + 1, -1)[:, :m].swapaxes(1, 2)
+    membership = csc_matrix((ones, rows, starts), shape=(k * (m + 1), n))
+    product = membership @ kernels.weights.T.astype(np.float32)
+    out[:] = product.reshape(k, m + 1, -1)[:, :m].swapaxes(1, 2)
 
 
-def coefficient(q, reference):
-    """Bhattacharyya coefficient rho = sum_u sqrt(q_u q*_u) in [0, 1]: (3) of [T09], (5) of [N03], (7) of [C14].
+def coefficient(q: ArrayLike, reference: ArrayLike) -> Array:
+    """Bhattacharyya coefficient rho = sum_u sqrt(q_u q*_u).
 
-    q: (..., m) and reference: broadcastable to it, each of sum 1 or all zero.  Returns (...).
+    Equation (3) of [T09], (5) of [N03], (7) of [C14].
 
-    >>> coefficient([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.0, 0.0, 1.0]], [0.5, 0.5, 0.0]).round(9)  # all alike, half, nothing
+    Parameters
+    ----------
+    q, reference : (..., m) array_like
+        Broadcast against each other; each of sum 1 or all zero.
+
+    Returns
+    -------
+    (...) array in [0, 1]
+
+    Examples
+    --------
+    All alike, half alike, nothing alike.
+
+    >>> q = [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.0, 0.0, 1.0]]
+    >>> coefficient(q, [0.5, 0.5, 0.0]).round(9)
     array([1. , 0.5, 0. ])
     """
     return np.einsum("...m,...m->...", np.sqrt(q), np.sqrt(reference))
 
 
-def distance(rho, axis=None):
-    """Bhattacharyya distance d = sqrt(1 - rho), (4) of [T09]; over an axis of kernels d_m = sqrt(mean_j d_j^2), our reading of (5).
+def distance(rho: ArrayLike, axis: int | None = None) -> Array:
+    """Bhattacharyya distance d = sqrt(1 - rho), (4) of [T09].
 
-    rho: (...) coefficients; axis: that of the kernels, or None.  Returns distances in [0, 1]; never NaN, rounding is clipped.
+    Over an axis of kernels d_m = sqrt(mean_j d_j^2), our reading of (5).
+
+    Parameters
+    ----------
+    rho : (...) array_like
+        Coefficients.
+    axis : int, optional
+        That of the kernels.
+
+    Returns
+    -------
+    array in [0, 1]
+        Never NaN: rounding is clipped.
     """
     d2 = np.maximum(1.0 - np.asarray(rho, float), 0.0)
     return np.sqrt(d2 if axis is None else d2.mean(axis))
 
 
-def log_likelihood(rho, lam=20.0, combine="sum"):
-    """ln p(z | x) = -lam sum_j d_j^2 up to a constant: (13) of [T09], (9) of [C14]; with lam = 1 / (2 sigma^2) also (10) of [N03].
+def log_likelihood(rho: ArrayLike, lam: float = 20.0, combine: str = "sum") -> Array:
+    """Ln p(z | x) = -lam sum_j d_j^2, up to a constant.
 
-    rho: (..., J) coefficients; lam: 20 as printed; combine: "sum" over the kernels, or their "mean", which is flatter.  Returns (...).
+    Equation (13) of [T09], (9) of [C14]; with lam = 1 / (2 sigma^2) also (10) of [N03].
+
+    Parameters
+    ----------
+    rho : (..., J) array_like
+        Coefficients of the kernels.
+    lam : float
+        20 as printed.
+    combine : {"sum", "mean"}
+        Over the kernels; the mean is flatter.
+
+    Returns
+    -------
+    (...) array
     """
-    return -lam * getattr(np, combine)(np.maximum(1.0 - np.asarray(rho, float), 0.0), axis=-1)
+    d2 = np.maximum(1.0 - np.asarray(rho, float), 0.0)
+    return -lam * (d2.sum(-1) if combine == "sum" else d2.mean(-1))
 
 
 class Target(NamedTuple):
-    """The reference: how the object is looked at (`bins`, `kernels` fitted to it) and what was seen, q* (J, m)."""
+    """The reference: how the object is looked at, and what was seen.
 
-    bins: ColorBins
+    Attributes
+    ----------
+    kernels : Kernels
+        Fitted to the object.
+    q : (J, m) array
+        The histograms q*.
+    """
+
     kernels: Kernels
-    q: np.ndarray
+    q: NDArray
 
-    def coefficients(self, image, regions):
-        """Bhattacharyya coefficients of regions (N, 5) with the reference.  image: (H, W) bins of the frame.  Returns (N, J)."""
-        return coefficient(histograms(image, self.bins.m, self.kernels, regions), self.q)
+    @property
+    def m(self) -> int:
+        """Number of bins."""
+        return self.q.shape[-1]
 
-    def distances(self, image, regions):
-        """d_m of regions (..., 5) [px, rad] to the reference, over all kernels, (5) of [T09].  Returns (...) in [0, 1]."""
-        regions = np.asarray(regions, float)
+    def coefficients(self, image: BinImage, regions: ArrayLike) -> Array:
+        """Bhattacharyya coefficients of regions (N, 5) with the reference.
+
+        Parameters
+        ----------
+        image : BinImage
+            Of the frame in which to look.
+        regions : (N, 5) array_like [px, rad]
+
+        Returns
+        -------
+        (N, J) array
+
+        Raises
+        ------
+        ValueError
+            For an image of another number of bins, and as `histograms` does.
+        """
+        self.check(image)
+        return coefficient(histograms(image, self.kernels, regions), self.q)
+
+    def distances(self, image: BinImage, regions: ArrayLike) -> Array:
+        """d_m of regions to the reference over all kernels, (5) of [T09].
+
+        Parameters
+        ----------
+        image : BinImage
+            Of the frame in which to look.
+        regions : (..., 5) array_like [px, rad]
+
+        Returns
+        -------
+        (...) array in [0, 1]
+
+        Raises
+        ------
+        ValueError
+            As `coefficients` does.
+        """
+        regions = as_regions(regions)
         rho = self.coefficients(image, regions.reshape(-1, 5))
         return distance(rho, axis=-1).reshape(regions.shape[:-1])
 
+    def check(self, image: BinImage) -> None:
+        """Refuse an image of other bins than those that were learnt."""
+        if image.m != self.m:
+            raise ValueError(
+                f"the image has {image.m} bins, but the reference {self.m}; "
+                "make both with the same bins"
+            )
 
-def learn(image, region, bins, kernels):
-    """Take the object inside a region (5,) as the reference.  image: (H, W) bins of the frame.  Returns a `Target`.
 
-    Raises ValueError for a region that is not finite or has no area, and where a kernel sees nothing of the image, since such a part could
-    never be found again.
+def learn(image: BinImage, region: ArrayLike, kernels: Kernels) -> Target:
+    """Take the object inside a region as the reference.
+
+    Parameters
+    ----------
+    image : BinImage
+        The bins of the frame.
+    region : (5,) array_like [px, rad]
+    kernels : Kernels
+        They are fitted to the region.
+
+    Raises
+    ------
+    ValueError
+        For a region that is not finite or has no area, and where a kernel sees nothing
+        of the image, since such a part could never be found again.
     """
-    region = checked(region)
+    region = checked_region(region)
     fitted = kernels.fitted(region)
-    q = histograms(image, bins.m, fitted, region)[0]
+    q = histograms(image, fitted, region)[0]
     if not q.any(-1).all():
-        raise ValueError(f"part of the region {np.round(region, 1)} lies outside the image; choose a box inside it")
-    return Target(bins, fitted, q)
+        raise ValueError(
+            f"part of the region {np.round(region, 1)} lies outside the image; "
+            "choose a box inside it"
+        )
+    return Target(fitted, q)

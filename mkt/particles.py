@@ -1,25 +1,36 @@
-"""What all particle filters share: motion models, resampling schemes, the effective sample size.
+"""What particle filters share: motion models, resampling, effective sample size.
 
-A particle is a hypothesis about the target: a region and its velocity.  A filter step is *predict* (a motion model moves every
-particle), *weigh* (the tracker's business) and *resample* (a scheme ``weights -> ancestors`` says which particles live on).
+A particle is a hypothesis about the target: a region and its velocity.  A step of the
+filter is *predict* (a motion model moves every particle), *weigh* (the tracker's
+business) and *resample*: a scheme ``weights, rng -> ancestors`` says which particles
+live on.  All `SCHEMES` share that form.
 
 Explained in notebook 05.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from mkt.types import Array, ArrayLike, NDArray, Region, Regions, Rng
+
 
 class Particles(NamedTuple):
-    """N hypotheses: regions (N, 5) [px, rad] and velocities (N, 2) [px a frame]."""
+    """N hypotheses.
 
-    regions: np.ndarray
-    velocities: np.ndarray
+    Attributes
+    ----------
+    regions : (N, 5) array [px, rad]
+    velocities : (N, 2) array [px a frame]
+    """
 
-    def take(self, ancestors):
-        """The particles that resampling chose.  ancestors: (N,) indices."""
+    regions: Regions
+    velocities: Array
+
+    def take(self, ancestors: NDArray) -> "Particles":
+        """The particles that resampling chose; ancestors: (N,) indices."""
         return Particles(self.regions[ancestors], self.velocities[ancestors])
 
 
@@ -28,12 +39,21 @@ class Motion:
     """Constant velocity with noise; at damping 0 and velocity 0 it is a random walk.
 
     All noise is in units of the target, so that doubling the image changes nothing.
+    [T09] says "constant velocity model" in its Section IV-A and gives no numbers: these
+    are ours.
 
-    position: standard deviation of the place, in sqrt(hx hy) a frame; velocity: of the velocity, in the same unit.
-    angle:    of the orientation [rad a frame]; scale: of the logarithm of the size.
-    damping:  share of the velocity that is kept from one frame to the next.
-
-    [T09] says "constant velocity model" and gives no numbers: these are ours.  Section IV-A of [T09].
+    Parameters
+    ----------
+    position : float
+        Standard deviation of the place, in sqrt(hx hy) a frame.
+    velocity : float
+        Of the velocity, in the same unit.
+    angle : float
+        Of the orientation [rad a frame].
+    scale : float
+        Of the logarithm of the size.
+    damping : float
+        Share of the velocity that is kept from one frame to the next.
     """
 
     position: float = 0.06
@@ -42,31 +62,45 @@ class Motion:
     scale: float = 0.03
     damping: float = 0.8
 
-    def scatter(self, region, n, rng):
-        """Particles spread as one frame of noise would spread them round a known region (5,).  Returns `Particles`."""
-        return self.predict(Particles(np.tile(np.asarray(region, float), (n, 1)), np.zeros((n, 2))), rng)
+    def scatter(self, region: ArrayLike, n: int, rng: Rng) -> Particles:
+        """Some particles, spread as one frame of noise spreads them round a region."""
+        regions = np.tile(np.asarray(region, float), (n, 1))
+        return self.predict(Particles(regions, np.zeros((n, 2))), rng)
 
-    def predict(self, particles, rng):
-        """Every particle one frame later.  Returns new `Particles`."""
+    def predict(self, particles: Particles, rng: Rng) -> Particles:
+        """Every particle one frame later."""
         regions, velocities = particles
         n = len(regions)
         unit = np.sqrt(regions[:, 3] * regions[:, 4])[:, None]
-        velocities = self.damping * velocities + self.velocity * unit * rng.standard_normal((n, 2))
-        centres = regions[:, :2] + velocities + self.position * unit * rng.standard_normal((n, 2))
+        kicks = self.velocity * unit * rng.standard_normal((n, 2))
+        velocities = self.damping * velocities + kicks
+        walk = self.position * unit * rng.standard_normal((n, 2))
+        centres = regions[:, :2] + velocities + walk
         angles = regions[:, 2] + self.angle * rng.standard_normal(n)
-        sizes = regions[:, 3:] * np.exp(self.scale * rng.standard_normal(n))[:, None]
-        return Particles(np.column_stack([centres, angles, sizes]), velocities)
+        growth = np.exp(self.scale * rng.standard_normal(n))[:, None]
+        moved = np.column_stack([centres, angles, regions[:, 3:] * growth])
+        return Particles(moved, velocities)
 
 
 @dataclass(frozen=True)
 class EllipseMotion:
-    """s_t = A s_(t-1) + w for samples s = (x, y, vx, vy, Hx, Hy, va), (9) of [N03]: constant velocity and constant change of scale.
+    """s_t = A s_(t-1) + w for s = (x, y, vx, vy, Hx, Hy, va), (9) of [N03].
 
-    va is the change of a = sqrt(Hx^2 + Hy^2) a frame.  How it enters Hx and Hy is not printed; linear, and true to the aspect, is
-    Hx += (Hx0 / a0) va and Hy += (Hy0 / a0) va, with the half axes of the start.
+    The velocity is constant and so is the change of scale: va is the change of a =
+    sqrt(Hx^2 + Hy^2) in a frame.  How it enters Hx and Hy is not printed; linear, and
+    true to the aspect, is Hx += (Hx0 / a0) va and Hy += (Hy0 / a0) va, with the half
+    axes of the start.  w is Gaussian.  The paper prints no numbers: these are ours.
 
-    w is Gaussian; standard deviations, in sqrt(Hx Hy) a frame: position, velocity, axes (of Hx and Hy, each for itself), growth (of va).
-    smallest: [px] half axes do not fall below it.  The paper prints no numbers: these are ours.
+    Parameters
+    ----------
+    position, velocity : float
+        Standard deviations, in sqrt(Hx Hy) a frame.
+    axes : float
+        Of Hx and of Hy, each for itself, in the same unit.
+    growth : float
+        Of va, in the same unit.
+    smallest : float [px]
+        Half axes do not fall below it.
     """
 
     position: float = 0.1
@@ -75,28 +109,59 @@ class EllipseMotion:
     growth: float = 0.002
     smallest: float = 4.0
 
-    def transition(self, half_axes):
+    def transition(self, half_axes: Array) -> Array:
         """A (7, 7) for a start with half axes (2,) [px]."""
         A = np.eye(7)
         A[[0, 1], [2, 3]] = 1
         A[4:6, 6] = half_axes / np.linalg.norm(half_axes)
         return A
 
-    def predict(self, samples, half_axes, rng):
-        """Samples (N, 7) one frame later; half_axes: (2,) of the start [px].  Returns (N, 7)."""
-        sigma = np.array([self.position, self.position, self.velocity, self.velocity, self.axes, self.axes, self.growth])
-        unit = np.sqrt(samples[:, 4:5] * samples[:, 5:6])
-        samples = samples @ self.transition(half_axes).T + sigma * unit * rng.standard_normal(samples.shape)
-        samples[:, 4:6] = np.maximum(samples[:, 4:6], self.smallest)
-        return samples
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations (7,) of w, in sqrt(Hx Hy)."""
+        place, speed = [self.position] * 2, [self.velocity] * 2
+        return np.array([*place, *speed, self.axes, self.axes, self.growth])
+
+    def predict(self, particles: Array, half_axes: Array, rng: Rng) -> Array:
+        """Particles (N, 7) one frame later.
+
+        Parameters
+        ----------
+        particles : (N, 7) array
+        half_axes : (2,) array [px]
+            Of the start.
+        rng : numpy.random.Generator
+
+        Returns
+        -------
+        (N, 7) array
+        """
+        unit = np.sqrt(particles[:, 4:5] * particles[:, 5:6])
+        w = self.sigma * unit * rng.standard_normal(particles.shape)
+        moved = particles @ self.transition(half_axes).T + w
+        moved[:, 4:6] = np.maximum(moved[:, 4:6], self.smallest)
+        return moved
 
 
-def normalised(log_weights):
-    """Weights of sum 1 from their logarithms, (N,); equal ones when none is finite.
+def normalised(log_weights: ArrayLike) -> Array:
+    """Weights of sum 1 from their logarithms; equal ones when none is finite.
 
-    Working in the log domain keeps the ratios of weights that are all too small to be written down.
+    Working in the log domain keeps the ratios of weights that are all too small to be
+    written down.
 
-    >>> normalised([-2000, -2000 + np.log(3)]).round(9)  # exp(-2000) is 0 to a computer
+    Parameters
+    ----------
+    log_weights : (N,) array_like
+
+    Returns
+    -------
+    (N,) array
+
+    Examples
+    --------
+    exp(-2000) is 0 to a computer.
+
+    >>> normalised([-2000, -2000 + np.log(3)]).round(9)
     array([0.25, 0.75])
     """
     log_weights = np.asarray(log_weights, float)
@@ -107,70 +172,205 @@ def normalised(log_weights):
     return weights / weights.sum()
 
 
-def effective_sample_size(weights):
-    """N_eff = 1 / sum w^2 in [1, N], for weights of sum 1; (5) of [C14] with the square that its listing has and its formula lost.
+def effective_sample_size(weights: ArrayLike) -> float:
+    """N_eff = 1 / sum w^2 in [1, N], (5) of [C14].
 
-    >>> float(effective_sample_size([0.25, 0.25, 0.25, 0.25])), float(effective_sample_size([1, 0, 0, 0]))
+    Its formula as our copy reads it lacks the square, which its Algorithm 2 has.
+
+    Parameters
+    ----------
+    weights : (N,) array_like
+        Of sum 1.
+
+    Examples
+    --------
+    >>> equal, alone = [0.25, 0.25, 0.25, 0.25], [1, 0, 0, 0]
+    >>> float(effective_sample_size(equal)), float(effective_sample_size(alone))
     (4.0, 1.0)
     """
     return 1.0 / np.sum(np.square(weights))
 
 
-def mean_region(regions, weights):
-    """Weighted mean of regions (N, 5), circular for the orientation, geometric for the size.  weights: (N,) of sum 1.  Returns (5,).
+def mean_region(regions: Regions, weights: Array) -> Region:
+    """Weighted mean, circular for the orientation and geometric for the size.
 
-    The paper prints the mean after the draw; before the draw the expectation is the same and the scatter smaller.
+    [T09] prints the mean after the draw; before the draw the expectation is the same
+    and the scatter smaller.
+
+    Parameters
+    ----------
+    regions : (N, 5) array [px, rad]
+    weights : (N,) array
+        Of sum 1.
+
+    Returns
+    -------
+    (5,) array [px, rad]
     """
     angle = np.angle(weights @ np.exp(1j * regions[:, 2]))
-    return np.concatenate([weights @ regions[:, :2], [angle], np.exp(weights @ np.log(regions[:, 3:]))])
+    sides = np.exp(weights @ np.log(regions[:, 3:]))
+    return np.concatenate([weights @ regions[:, :2], [angle], sides])
 
 
-def multinomial(weights, rng):
-    """N independent draws, each by binary search in the cumulative weights: step 1 of the algorithm in [N03]."""
-    return search(weights, rng.random(len(weights)))
+def covariance(regions: Regions, weights: Array, mean: Region) -> Array:
+    """Weighted covariance of regions about their mean, angles the shorter way round.
+
+    Parameters
+    ----------
+    regions : (N, 5) array [px, rad]
+    weights : (N,) array
+        Of sum 1.
+    mean : (5,) array [px, rad]
+
+    Returns
+    -------
+    (5, 5) array
+        In the units of a region.
+    """
+    off = regions - mean
+    off[:, 2] = (off[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    return (weights * off.T) @ off
 
 
-def stratified(weights, rng):
+def independent_positions(n: int, rng: Rng) -> Array:
+    """N positions in [0, 1), each drawn for itself."""
+    return rng.random(n)
+
+
+def stratified_positions(n: int, rng: Rng) -> Array:
+    """One position in each of n equal strata of [0, 1)."""
+    return (np.arange(n) + rng.random(n)) / n
+
+
+def systematic_positions(n: int, rng: Rng) -> Array:
+    """N equally spaced positions from one random start in [0, 1 / n)."""
+    return (np.arange(n) + rng.random()) / n
+
+
+def multinomial(weights: ArrayLike, rng: Rng) -> NDArray:
+    """N independent draws: step 1 of the algorithm in [N03].
+
+    Each is found by binary search in the cumulative weights.
+    """
+    return search(weights, independent_positions(np.size(weights), rng))
+
+
+def stratified(weights: ArrayLike, rng: Rng) -> NDArray:
     """One draw in each of N equal strata of [0, 1).
 
-    >>> stratified([0.5, 0.0, 0.25, 0.25], np.random.default_rng(0)).tolist()  # who weighs twice its share has two children
+    Examples
+    --------
+    Who weighs twice its share has two children.
+
+    >>> rng = np.random.default_rng(0)
+    >>> stratified([0.5, 0.0, 0.25, 0.25], rng).tolist()
     [0, 0, 2, 3]
     """
-    n = len(weights)
-    return search(weights, (np.arange(n) + rng.random(n)) / n)
+    return search(weights, stratified_positions(np.size(weights), rng))
 
 
-def systematic(weights, rng):
-    """N equally spaced draws from one random start: Algorithm 1 of [C14], with c_1 = w_1 in place of the printed 0."""
-    n = len(weights)
-    return search(weights, (np.arange(n) + rng.random()) / n)
+def systematic(weights: ArrayLike, rng: Rng) -> NDArray:
+    """N equally spaced draws from one random start: Algorithm 1 of [C14].
+
+    With c_1 = w_1, where our copy reads 0.
+    """
+    return search(weights, systematic_positions(np.size(weights), rng))
 
 
-def residual(weights, rng):
-    """floor(N w_i) copies for certain, the rest drawn from what the rounding left over."""
-    n = len(weights)
-    certain = np.floor(n * _checked(weights) + 1e-9).astype(int)
-    left = n * np.asarray(weights) - certain
+def residual(weights: ArrayLike, rng: Rng) -> NDArray:
+    """floor(N w_i) copies for certain, the rest drawn from what rounding left over."""
+    n = np.size(weights)
+    certain, left = whole_and_rest(weights)
     copies = np.repeat(np.arange(n), certain)
     missing = n - len(copies)
     if missing == 0:
         return copies
-    return np.concatenate([copies, search(np.maximum(left, 0), rng.random(missing))])
+    drawn = search(left, independent_positions(missing, rng))
+    return np.concatenate([copies, drawn])
 
 
-SCHEMES = {"multinomial": multinomial, "stratified": stratified, "systematic": systematic, "residual": residual}
+def whole_and_rest(weights: ArrayLike) -> tuple[NDArray, Array]:
+    """What `residual` copies for certain, and what it draws from.
+
+    Returns
+    -------
+    certain : (N,) int array
+        floor(N w_i).
+    left : (N,) array
+        N w_i - floor(N w_i).
+    """
+    weights = _distribution(weights)
+    expected = len(weights) * weights
+    certain = np.floor(expected + 1e-9).astype(int)
+    return certain, np.maximum(expected - certain, 0)
 
 
-def search(weights, positions):
-    """The particle whose share of the cumulative weights (N,) each position in [0, 1) falls into, by binary search.  Returns indices."""
-    cumulative = np.cumsum(_checked(weights))
-    below = np.minimum(positions, np.nextafter(1, 0))  # (n - 1 + u) / n may be rounded to 1
+Scheme = Callable[[ArrayLike, Rng], NDArray]
+SCHEMES: dict[str, Scheme] = {
+    "multinomial": multinomial,
+    "stratified": stratified,
+    "systematic": systematic,
+    "residual": residual,
+}
+
+
+def resample_if_degenerate(
+    weights: Array, share: float, scheme: Scheme, rng: Rng
+) -> tuple[NDArray, Array]:
+    """Draw by any scheme when N_eff has fallen below a share of N: Section 2 of [C14].
+
+    Parameters
+    ----------
+    weights : (N,) array
+        Of sum 1.
+    share : float
+        N_lim over N.
+    scheme : callable
+        One of `SCHEMES`.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    ancestors : (N,) int array
+        Each particle itself, where nothing is drawn.
+    weights : (N,) array
+        Equal ones after a draw, else as they were.
+    """
+    n = len(weights)
+    if effective_sample_size(weights) < share * n:
+        return scheme(weights, rng), np.full(n, 1 / n)
+    return np.arange(n), weights
+
+
+def search(weights: ArrayLike, positions: ArrayLike) -> NDArray:
+    """The particle whose share of the cumulative weights each position falls into.
+
+    Parameters
+    ----------
+    weights : (N,) array_like
+    positions : (K,) array_like
+        In [0, 1).
+
+    Returns
+    -------
+    (K,) int array
+
+    Raises
+    ------
+    ValueError
+        For weights that are no distribution, from which nothing can be drawn.
+    """
+    cumulative = np.cumsum(_distribution(weights))
+    below = np.minimum(positions, np.nextafter(1, 0))  # (n - 1 + u) / n may round to 1
     return np.searchsorted(cumulative / cumulative[-1], below, side="right")
 
 
-def _checked(weights):
-    """The weights (N,) as an array.  Raises ValueError where they are no distribution, from which nothing can be drawn."""
+def _distribution(weights: ArrayLike) -> Array:
+    """The weights (N,) as an array; ValueError where nothing can be drawn from them."""
     weights = np.asarray(weights, float)
     if not (weights.size and weights.min() >= 0 and 0 < weights.sum() < np.inf):
-        raise ValueError("weights must not be negative, nor all zero, nor NaN; make them of sum 1 with `normalised`, from their logarithms")
+        raise ValueError(
+            "weights must not be negative, nor all zero, nor NaN; make them of sum 1 "
+            "with `normalised`, from their logarithms"
+        )
     return weights

@@ -1,106 +1,300 @@
 """Drawing primitives and the one style.  Nothing here computes what it draws.
 
-Trackers keep their colour in every figure (`TRACKERS`), the truth is black, what is desired is red and what is current is green,
-as in [T09].  Colours that share an axes differ for colour-blind readers and in grey print (tests/test_palette.py measures by how much); where
-there are too many of them for that, curves differ in their dashes too.
+Trackers keep their colour in every figure (`TRACKERS`), the truth is black, what is
+desired is red and what is current is green, as in [T09].  Colours that share an axes
+differ for colour-blind readers and in grey print (tests/test_palette.py measures by how
+much); where there are too many of them for that, curves differ in their dashes too.
+
+To import this module changes no setting of matplotlib: registered figures are drawn in
+`STYLE`, and `use_style` takes it over for one's own plots.
 """
 
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from functools import lru_cache
+from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
 
+from mkt.colors import Bins
+from mkt.kernels import Kernels
 from mkt.regions import corners
+from mkt.tracking import Sequence as Clip
+from mkt.tracking import Track
+from mkt.types import Array, ArrayLike, Frame, NDArray, Regions
 
 TRUTH, DESIRED, CURRENT = "black", "#cb1118", "#33b24d"
-# The trackers (1) to (5) of [T09] by their names in `mkt.trackers.catalogue`: hues of Okabe and Ito's palette, in five steps of lightness.
-TRACKERS = {"pf-1": "#7bc8f9", "ssd": "#d65b07", "pf-500": "#35427c", "pf-75": "#cf88b0", "combined": "#137353"}
-CONTRAST = "#1e7dc1", "#e49c00", "#b60269"  # for two or three curves that are no trackers of [T09]: blue, orange, purple
+# The trackers (1) to (5) of [T09] by their names in `mkt.trackers.by_name`: hues of
+# Okabe and Ito's palette, in five steps of lightness.
+TRACKERS = {
+    "pf-1": "#7bc8f9",
+    "ssd": "#d65b07",
+    "pf-500": "#35427c",
+    "pf-75": "#cf88b0",
+    "combined": "#137353",
+}
+# For two or three curves that are no trackers of [T09]: blue, orange, purple.
+CONTRAST = "#1e7dc1", "#e49c00", "#b60269"
 DASHES = "-", "--", "-.", ":"
 SURFACE = "viridis"
 
-matplotlib.rcParams.update({
-    "font.size": 10, "axes.titlesize": 10.5, "axes.labelsize": 10, "legend.fontsize": 9, "xtick.labelsize": 9, "ytick.labelsize": 9,
-    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": False, "image.interpolation": "nearest",
-    "axes.titley": 1.0,  # titles that look for their height measure every tick, an eighth of the time of a slider's step
-    # Fixed margins: a layout engine would draw everything twice, and a slider would feel it.
-    "figure.subplot.left": 0.07, "figure.subplot.right": 0.98, "figure.subplot.bottom": 0.13, "figure.subplot.top": 0.91,
-    "figure.subplot.wspace": 0.2, "figure.subplot.hspace": 0.35, "legend.frameon": False,
-})
+# Any, because matplotlib's own type of these names is provisional.
+STYLE: dict[Any, Any] = {
+    "font.size": 10,
+    "axes.titlesize": 10.5,
+    "axes.labelsize": 10,
+    "legend.fontsize": 9,
+    "xtick.labelsize": 9,
+    "ytick.labelsize": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": False,
+    "image.interpolation": "nearest",
+    # Titles that look for their height measure every tick: an eighth of the time of a
+    # slider's step.
+    "axes.titley": 1.0,
+    # Fixed margins: a layout engine would draw everything twice, and a slider would
+    # feel it.
+    "figure.subplot.left": 0.07,
+    "figure.subplot.right": 0.98,
+    "figure.subplot.bottom": 0.13,
+    "figure.subplot.top": 0.91,
+    "figure.subplot.wspace": 0.2,
+    "figure.subplot.hspace": 0.35,
+    "legend.frameon": False,
+}
 
 
-def canvas(size, dpi=100):
-    """A blank matplotlib Figure, size (width, height) [inch], with its own canvas and unknown to pyplot."""
+def in_style() -> AbstractContextManager:
+    """For a while, draw and render in `STYLE`.
+
+    Rendering counts too: it is then that matplotlib chooses the ticks.
+    """
+    return matplotlib.rc_context(STYLE)
+
+
+def use_style() -> None:
+    """Draw all further plots of this process in the style of the figures."""
+    matplotlib.rcParams.update(STYLE)
+
+
+def new_figure(size: tuple[float, float], dpi: float = 100) -> Figure:
+    """A blank Figure of a size (width, height) [inch], unknown to pyplot."""
     fig = Figure(figsize=size, dpi=dpi)
     FigureCanvasAgg(fig)
     return fig
 
 
-def show_frame(ax, frame, title=""):
-    """Draw a frame (H, W, 3) uint8 without ticks; pixel centres at integers."""
+def show_frame(ax: Axes, frame: Frame, title: str = "") -> None:
+    """Draw a frame (H, W, 3) uint8 without ticks.
+
+    Pixel centres lie at integers, and the axes end where the image does, whatever is
+    drawn on it.
+    """
     ax.imshow(frame)
     ax.set_title(title)
     ax.set_axis_off()
-
-
-def draw_region(ax, region, color=CURRENT, **style):
-    """Outline a region (5,) [px, rad], with a tick from its centre to the middle of its right side, so that its angle shows."""
-    draw_box(ax, region, color, **style)
-    tick = np.stack([np.asarray(region)[:2], corners(region)[1:3].mean(0)])
-    ax.plot(*tick.T, color=color, **{"lw": 1.2} | style)
-
-
-def draw_box(ax, region, color=CURRENT, **style):
-    """Outline a region (5,) [px, rad]."""
-    ax.plot(*corners(region)[[0, 1, 2, 3, 0]].T, color=color, **{"lw": 1.8} | style)
-
-
-def draw_tracked(ax, frame, truth, estimate, color, title=""):
-    """A frame with the true region (5,), black and white so that it shows on any ground, and an estimate (5,) in its tracker's colour."""
-    show_frame(ax, frame, title)
-    draw_box(ax, truth, TRUTH, lw=2.2)
-    draw_box(ax, truth, "white", lw=1.1, ls=(0, (3, 3)))
-    draw_region(ax, estimate, color, lw=2)
     ax.set(xlim=(-0.5, frame.shape[1] - 0.5), ylim=(frame.shape[0] - 0.5, -0.5))
 
 
-def draw_runs(ax, truth, runs, color, **labels):
-    """Curves over the frame number: the truth (T,) in black, several runs (R, T) thin, the first of them thick.  labels: as for ``Axes.set``."""
-    ax.plot(np.transpose(runs[1:]), color=color, lw=0.8, alpha=0.8, label=[f"run {k}" for k in range(1, len(runs))])
-    ax.plot(runs[0], color=color, lw=2.2, label="run 0")
+def pale(frame: Frame) -> Frame:
+    """A frame half way to white, for what is drawn on it to stand out."""
+    return 255 - (255 - frame) // 2
+
+
+def draw_region(
+    ax: Axes, region: ArrayLike, color: str = CURRENT, **style: Any
+) -> None:
+    """Outline a region (5,) [px, rad], with a tick towards its right side.
+
+    So its angle shows.
+    """
+    draw_box(ax, region, color, **style)
+    tick = np.stack([np.asarray(region)[:2], corners(region)[1:3].mean(0)])
+    style = {"lw": 1.2} | style
+    ax.plot(*tick.T, color=color, **style)
+
+
+def draw_box(ax: Axes, region: ArrayLike, color: str = CURRENT, **style: Any) -> None:
+    """Outline a region (5,) [px, rad]."""
+    style = {"lw": 1.8} | style
+    ax.plot(*corners(region)[[0, 1, 2, 3, 0]].T, color=color, **style)
+
+
+def draw_truth(ax: Axes, truth: ArrayLike) -> None:
+    """Outline the true region (5,) in black and white, to be seen on any ground."""
+    draw_box(ax, truth, TRUTH, lw=2.2)
+    draw_box(ax, truth, "white", lw=1.1, ls=(0, (3, 3)))
+
+
+def draw_tracked(
+    ax: Axes,
+    frame: Frame,
+    truth: ArrayLike,
+    estimate: ArrayLike,
+    color: str,
+    title: str = "",
+) -> None:
+    """A frame with the true region (5,), and an estimate (5,) in its colour."""
+    show_frame(ax, frame, title)
+    draw_truth(ax, truth)
+    draw_region(ax, estimate, color, lw=2)
+
+
+def plot_track(
+    fig: Figure, track: Track, clip: Clip, frame: int, color: str = CURRENT
+) -> None:
+    """A frame of a track on its sequence, and below it the course of the distance."""
+    upper, lower = fig.subplots(2, 1, height_ratios=(3, 1))
+    title = f"{clip.name}, frame {frame}{', lost' if track.lost[frame] else ''}"
+    image, truth = clip.frames[frame], clip.truth[frame]
+    draw_tracked(upper, image, truth, track.regions[frame], color, title)
+    lower.plot(track.info["distance"], color=color)
+    times = np.arange(len(track.lost))
+    shade_frames(lower, times, track.lost, color=DESIRED, alpha=0.2)
+    lower.axvline(frame, color=TRUTH, lw=1)
+    lower.set(xlim=(0, times[-1]), ylim=(0, 1), xlabel="frame", ylabel="distance")
+
+
+def shade_frames(ax: Axes, times: ArrayLike, where: NDArray, **style: Any) -> None:
+    """Shade the frames (T,) in which a condition holds, from edge to edge."""
+    ax.fill_between(
+        times,
+        0,
+        1,
+        where=where,
+        step="mid",
+        transform=ax.get_xaxis_transform(),
+        **{"color": "0.85", "lw": 0} | style,
+    )
+
+
+def film_strip(
+    fig: Figure,
+    clip: Clip,
+    frames: Sequence[int],
+    rows: Mapping[str, tuple[Regions, str]],
+) -> None:
+    """The same frames in every row, each row with the regions of another run.
+
+    Parameters
+    ----------
+    fig : matplotlib.figure.Figure
+    clip : Sequence
+    frames : sequence of int
+    rows : dict
+        Title -> (regions (T, 5) [px, rad], colour).
+    """
+    inch = 1 / fig.get_figheight()
+    margins = {"left": 0.005, "right": 0.995, "bottom": 0.005, "top": 1 - 0.5 * inch}
+    spaces = margins | {"hspace": 0.2, "wspace": 0.03}
+    axes = fig.subplots(len(rows), len(frames), squeeze=False, gridspec_kw=spaces)
+    for row, (title, (regions, color)) in zip(axes, rows.items(), strict=True):
+        for ax, k in zip(row, frames, strict=True):
+            draw_tracked(ax, clip.frames[k], clip.truth[k], regions[k], color)
+        at = row[0].get_position()
+        style: dict[str, Any] = {"color": color, "fontweight": "bold", "va": "bottom"}
+        fig.text(at.x0, at.y1 + 0.04 * inch, title, **style)
+    for ax, k in zip(axes[0], frames, strict=True):
+        at = ax.get_position()
+        middle, above = (at.x0 + at.x1) / 2, at.y1 + 0.27 * inch
+        fig.text(middle, above, f"frame {k}", ha="center", va="bottom")
+
+
+def draw_runs(
+    ax: Axes, truth: ArrayLike, runs: ArrayLike, color: str, **labels: Any
+) -> None:
+    """Curves over the frame number: the truth in black, the first of the runs thick.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    truth : (T,) array_like
+    runs : (R, T) array_like
+    color : str
+    **labels
+        As for ``Axes.set``.
+    """
+    first, *others = np.asarray(runs)
+    for k, run in enumerate(others, 1):
+        ax.plot(run, color=color, lw=0.8, alpha=0.8, label=f"run {k}")
+    ax.plot(first, color=color, lw=2.2, label="run 0")
     ax.plot(truth, color=TRUTH, lw=1.1, label="truth")
-    ax.set(xlim=(0, len(truth) - 1), **labels)
+    ax.set(xlim=(0, len(first) - 1), **labels)
 
 
-def draw_ellipse(ax, region, color=CURRENT, **style):
-    """Outline the ellipse inside a region (5,) [px, rad], as [N03] draws its samples."""
-    cx, cy, theta, hx, hy = region
-    ax.add_patch(Ellipse((cx, cy), 2 * hx, 2 * hy, angle=np.rad2deg(theta), fill=False, edgecolor=color, **{"lw": 1.8} | style))
+def draw_ellipse(
+    ax: Axes, region: ArrayLike, color: str = CURRENT, **style: Any
+) -> None:
+    """Outline the ellipse in a region (5,) [px, rad], as [N03] draws its samples."""
+    cx, cy, theta, hx, hy = np.asarray(region)
+    shape = Ellipse((cx, cy), 2 * hx, 2 * hy, angle=np.rad2deg(theta), fill=False)
+    shape.set(edgecolor=color, **{"lw": 1.8} | style)
+    ax.add_patch(shape)
 
 
-def draw_surface(ax, x, y, z, levels=None, **labels):
-    """A surface z (len(y), len(x)) over x and y, drawn with every other line so that a slider can follow.
+def draw_surface(
+    ax: Any,
+    x: Array,
+    y: Array,
+    z: Array,
+    levels: tuple[float, float] | None = None,
+    **labels: Any,
+) -> None:
+    """A surface, drawn with every other line so that a slider can follow.
 
-    ax: a 3D axes; levels: (low, high) of z and of its colours; labels: as for ``Axes.set``.
+    Parameters
+    ----------
+    ax : 3D axes
+    x, y : (n,) and (m,) arrays
+    z : (m, n) array
+    levels : (low, high), optional
+        Of z and of its colours.
+    **labels
+        As for ``Axes.set``.
     """
     low, high = levels or (z.min(), z.max())
     thin = slice(None, None, 2)
-    ax.plot_surface(*np.meshgrid(x[thin], y[thin]), z[thin, thin], cmap=SURFACE, vmin=low, vmax=high, rstride=1, cstride=1, lw=0.15, edgecolor="0.2")
+    grid = np.meshgrid(x[thin], y[thin])
+    style = {"cmap": SURFACE, "rstride": 1, "cstride": 1, "lw": 0.15}
+    ax.plot_surface(*grid, z[thin, thin], vmin=low, vmax=high, edgecolor="0.2", **style)
     ax.set(zlim=(low, high), **labels)
     ax.locator_params(nbins=4)
     ax.view_init(28, -58)
     ax.set_box_aspect((1.15, 1, 0.75), zoom=0.9)
 
 
-def draw_map(ax, x, y, z, levels=None, **labels):
-    """The same surface seen from above, as a coloured map with contour lines; the lowest point gets a white cross."""
+def draw_map(
+    ax: Axes,
+    x: Array,
+    y: Array,
+    z: Array,
+    levels: tuple[float, float] | None = None,
+    **labels: Any,
+) -> Any:
+    """The same surface from above, with contour lines and a cross at its lowest point.
+
+    Parameters
+    ----------
+    ax, x, y, z, levels, **labels
+        As for `draw_surface`.
+
+    Returns
+    -------
+    matplotlib.collections.QuadMesh
+        For a colour bar.
+    """
     low, high = levels or (z.min(), z.max())
-    mesh = ax.pcolormesh(x, y, z, cmap=SURFACE, vmin=low, vmax=high, shading="nearest")
-    ax.contour(x, y, z, np.linspace(low, high, 8)[1:], colors="white", linewidths=0.5, alpha=0.6)
+    shown = {"cmap": SURFACE, "vmin": low, "vmax": high, "shading": "nearest"}
+    mesh = ax.pcolormesh(x, y, z, **shown)
+    heights = np.linspace(low, high, 8)[1:]
+    ax.contour(x, y, z, heights, colors="white", linewidths=0.5, alpha=0.6)
     row, column = np.unravel_index(np.argmin(z), z.shape)
     ax.plot(x[column], y[row], "x", color="white", ms=9, mew=2.5)
     ax.set(**labels)
@@ -108,31 +302,47 @@ def draw_map(ax, x, y, z, levels=None, **labels):
 
 
 @lru_cache(maxsize=16)
-def bin_colors(bins):
-    """The mean colour of each bin of a `ColorBins`, (m, 3) in [0, 1]; bins that no colour reaches are white."""
-    lattice = np.stack(np.meshgrid(*[np.arange(0, 256, 6, dtype=np.uint8)] * 3), -1).reshape(43, -1, 3)
-    labels = bins(lattice).ravel()
+def bin_colors(bins: Bins) -> Array:
+    """The mean colour of each bin, (m, 3) in [0, 1]; white where no colour falls."""
+    channel = np.arange(0, 256, 6, dtype=np.uint8)
+    lattice = np.stack(np.meshgrid(channel, channel, channel), -1)
+    lattice = lattice.reshape(len(channel), -1, 3)
+    labels = bins(lattice).labels.ravel()
     count = np.bincount(labels, minlength=bins.m)
-    total = np.stack([np.bincount(labels, lattice[..., c].ravel(), bins.m) for c in range(3)], -1)
-    return np.where(count[:, None] > 0, total / np.maximum(count, 1)[:, None] / 255, 1.0)
+    values = lattice.reshape(-1, 3).T
+    total = np.stack([np.bincount(labels, v, bins.m) for v in values], -1)
+    mean = total / np.maximum(count, 1)[:, None] / 255
+    return np.where(count[:, None] > 0, mean, 1.0)
 
 
-def draw_histogram(ax, q, bins, **labels):
+def draw_histogram(ax: Axes, q: Array, bins: Bins, **labels: Any) -> None:
     """A histogram q (m,) as bars in the colours of their bins."""
     u = np.flatnonzero(q)
-    bars = np.stack([np.stack([u + side, q[u] * top], -1) for side, top in ((-0.5, 0), (-0.5, 1), (0.5, 1), (0.5, 0))], 1)
-    ax.add_collection(PolyCollection(bars, facecolors=bin_colors(bins)[u], edgecolors="0.35", linewidths=0.25))
-    ax.set(xlim=(-0.5, bins.m - 0.5), ylim=(0, 1.05 * q.max()), xlabel="bin $u$", ylabel="$q_u$", **labels)
+    outline = ((-0.5, 0), (-0.5, 1), (0.5, 1), (0.5, 0))
+    bars = np.stack([np.stack([u + x, q[u] * y], -1) for x, y in outline], 1)
+    faces = bin_colors(bins)[u]
+    # One array is several times as fast as the list that matplotlib's annotation wants.
+    polygons = PolyCollection(
+        bars,  # pyright: ignore[reportArgumentType]
+        facecolors=faces,
+        edgecolors="0.35",
+        linewidths=0.25,
+    )
+    ax.add_collection(polygons)
+    limits = {"xlim": (-0.5, bins.m - 0.5), "ylim": (0, 1.05 * q.max())}
+    ax.set(**limits, xlabel="bin $u$", ylabel="$q_u$", **labels)
 
 
-def draw_kernels(ax, kernels, **style):
+def draw_kernels(ax: Axes, kernels: Kernels, **style: Any) -> None:
     """Centres and supports of kernels over the object plane."""
+    width, height = 2 * kernels.radii
     for centre in kernels.centres:
-        width, height = 2 * kernels.radii
         if kernels.layout == "tiles":
-            patch = Rectangle(centre - kernels.radii, width, height, fill=False)
+            corner = centre - kernels.radii
+            patch = Rectangle(tuple(corner), width, height, fill=False)
         else:
-            patch = Ellipse(centre, width, height, fill=False)
+            patch = Ellipse(tuple(centre), width, height, fill=False)
         patch.set(**{"edgecolor": "white", "lw": 1.3} | style)
         ax.add_patch(patch)
-    ax.plot(*kernels.centres.T, "+", color=style.get("edgecolor", "white"), ms=7, mew=1.6)
+    color = style.get("edgecolor", "white")
+    ax.plot(*kernels.centres.T, "+", color=color, ms=7, mew=1.6)

@@ -1,145 +1,258 @@
-"""The one currency of the library: oriented rectangles (and the ellipses inside them) in an image.
+"""The one currency of the library: oriented rectangles and their ellipses.
 
 A *region* is a float64 array ``(..., 5) = (cx, cy, theta, hx, hy)``:
 
-=========  ======================================================================================
+=========  ===================================================================
 cx, cy     centre [px]; x to the right, y down, pixel centres at integers
-theta      orientation [rad], counted from x towards y, that is clockwise on the screen
+theta      orientation [rad], counted from x towards y: clockwise on the screen
 hx, hy     half axes [px], along the region's own x and y
-=========  ======================================================================================
+=========  ===================================================================
 
-*Canonical* points live in the square [-1, 1]^2 that `warp` lays over the region.  `unwarp` is the deformation f_x of [T09], which pulls
-image points back to the object (its equation (1) is lost and rebuilt in notebook 01); `warp` is its inverse.
+*Canonical* points live in the square [-1, 1]^2 that `warp` lays over the region.
+`unwarp` is the deformation f_x of [T09], which pulls image points back to the object
+(equation (1) is not legible in our copy; notebook 01 rebuilds it); `warp` is its
+inverse.
 
 Explained in notebook 01.
 """
 
 import numpy as np
 
+from mkt.types import Array, ArrayLike, Regions
+
 CX, CY, THETA, HX, HY = range(5)
 _CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
-def as_regions(regions):
-    """Regions as float64 (..., 5).  Raises ValueError for any other shape."""
+def as_regions(regions: ArrayLike) -> Regions:
+    """Regions as float64.
+
+    Parameters
+    ----------
+    regions : (..., 5) array_like [px, rad]
+
+    Raises
+    ------
+    ValueError
+        For any other shape.
+    """
     regions = np.asarray(regions, float)
     if regions.shape[-1:] != (5,):
-        raise ValueError(f"regions must have the shape (..., 5), each (cx, cy, theta, hx, hy), not {regions.shape}")
+        raise ValueError(
+            "regions must have the shape (..., 5), each (cx, cy, theta, hx, hy), "
+            f"not {regions.shape}"
+        )
     return regions
 
 
-def checked(region):
-    """The region (5,) that a tracker is to start on, as float64.  Raises ValueError where it is not one, is not finite, or has no area."""
-    region = as_regions(region)
-    if region.shape != (5,):
-        raise ValueError(f"one region (cx, cy, theta, hx, hy) is needed, not an array of the shape {region.shape}")
-    if not np.isfinite(region).all():
-        raise ValueError(f"the region {region} is not finite; give five numbers (cx, cy, theta, hx, hy)")
-    if min(*region[HX:], region[HX] * region[HY]) <= 0:  # the product of tiny ones may be rounded to 0
-        raise ValueError(f"the region {region} has no area; its half axes hx and hy must be positive")
-    return region
-
-
-def rotation(theta):
+def rotation(theta: ArrayLike) -> Array:
     """Rotation matrices R(theta), clockwise on the screen.
 
-    theta: (...) [rad].  Returns (..., 2, 2).
+    Parameters
+    ----------
+    theta : (...) array_like [rad]
+
+    Returns
+    -------
+    (..., 2, 2) array
     """
     c, s = np.cos(theta), np.sin(theta)
     return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
 
 
-def warp_matrices(regions):
-    """The affine maps from canonical points to image points, g(p) = c + R(theta) diag(hx, hy) p.
+def warp_matrices(regions: ArrayLike) -> Array:
+    """The affine maps g(p) = c + R(theta) diag(hx, hy) p, canonical to image.
 
-    regions: (..., 5) [px, rad].  Returns (..., 2, 3), so that ``A @ (px, py, 1)`` is the image point [px].
+    Parameters
+    ----------
+    regions : (..., 5) array_like [px, rad]
+
+    Returns
+    -------
+    (..., 2, 3) array
+        A, so that ``A @ (px, py, 1)`` is the image point [px].
     """
     regions = as_regions(regions)
     c, s = np.cos(regions[..., THETA]), np.sin(regions[..., THETA])
     hx, hy = regions[..., HX], regions[..., HY]
-    matrices = np.empty((*regions.shape[:-1], 2, 3))  # filled in place: an optimiser warps one region in every step
-    matrices[..., 0, 0], matrices[..., 0, 1] = c * hx, -s * hy
-    matrices[..., 1, 0], matrices[..., 1, 1] = s * hx, c * hy
+    # Filled in place: an optimiser warps one region in every step.
+    matrices = np.empty((*regions.shape[:-1], 2, 3))
+    matrices[..., 0, 0] = c * hx
+    matrices[..., 0, 1] = -s * hy
+    matrices[..., 1, 0] = s * hx
+    matrices[..., 1, 1] = c * hy
     matrices[..., 2] = regions[..., :2]
     return matrices
 
 
-def warp(regions, points):
+def warp(regions: ArrayLike, points: ArrayLike) -> Array:
     """Carry canonical points into the image.
 
-    regions: (..., 5) [px, rad]; points: (n, 2) canonical.  Returns (..., n, 2) [px].
+    Parameters
+    ----------
+    regions : (..., 5) array_like [px, rad]
+    points : (n, 2) array_like, canonical
 
-    >>> quarter = np.pi / 2
-    >>> warp([50, 40, quarter, 20, 10], [[1, 0]]).round(9)  # the right end of an object that was turned clockwise lies below its centre
+    Returns
+    -------
+    (..., n, 2) array [px]
+
+    Examples
+    --------
+    The right end of an object that was turned clockwise lies below its centre.
+
+    >>> warp([50, 40, np.pi / 2, 20, 10], [[1, 0]]).round(9)
     array([[50., 60.]])
     """
     a = warp_matrices(regions)
     return np.asarray(points) @ np.swapaxes(a[..., :2], -1, -2) + a[..., None, :, 2]
 
 
-def unwarp(regions, points):
-    """Pull image points back into the canonical square, the inverse of `warp`: f_x of [T09], up to the half axes.
+def unwarp(regions: ArrayLike, points: ArrayLike) -> Array:
+    """Pull image points back into the canonical square: f_x of [T09].
 
-    regions: (..., 5) [px, rad] with positive half axes; points: (..., n, 2) [px].  Returns (..., n, 2) canonical.
+    It is the inverse of `warp`, and f_x up to the half axes.
+
+    Parameters
+    ----------
+    regions : (..., 5) array_like [px, rad]
+        With positive half axes.
+    points : (..., n, 2) array_like [px]
+
+    Returns
+    -------
+    (..., n, 2) array, canonical
     """
     regions = as_regions(regions)
     centred = np.asarray(points) - regions[..., None, :2]
     return centred @ rotation(regions[..., THETA]) / regions[..., None, HX:]
 
 
-def corners(regions):
+def corners(regions: ArrayLike) -> Array:
     """The four corners, clockwise on the screen from the region's own top left.
 
-    regions: (..., 5) [px, rad].  Returns (..., 4, 2) [px].
+    Parameters
+    ----------
+    regions : (..., 5) array_like [px, rad]
+
+    Returns
+    -------
+    (..., 4, 2) array [px]
     """
     return warp(regions, _CORNERS)
 
 
-def area(regions):
+def area(regions: ArrayLike) -> Array:
     """Area of the rectangle, 4 hx hy.
 
-    regions: (..., 5) [px, rad].  Returns (...) [px^2].
+    Parameters
+    ----------
+    regions : (..., 5) array_like [px, rad]
+
+    Returns
+    -------
+    (...) array [px^2]
     """
     regions = as_regions(regions)
     return 4 * regions[..., HX] * regions[..., HY]
 
 
-def from_box(box, angle=0.0):
-    """A region from a box as annotations give it: left, top, width, height, the image's own corner being (0, 0).
+def size(regions: ArrayLike) -> Array:
+    """Half the side of the square of the same area, sqrt(hx hy).
 
-    Pixel 0 covers [0, 1] in box coordinates and has its centre at 0 in regions, hence the half pixel.
-    box: (..., 4) [px]; angle: (...) [rad], about the centre.  Returns (..., 5).
+    Parameters
+    ----------
+    regions : (..., 5) array_like [px, rad]
 
-    >>> from_box([0, 0, 1, 1])  # the first pixel alone
+    Returns
+    -------
+    (...) array [px]
+    """
+    regions = as_regions(regions)
+    return np.sqrt(regions[..., HX] * regions[..., HY])
+
+
+def from_box(box: ArrayLike, angle: ArrayLike = 0.0) -> Regions:
+    """A region from a box as annotations give it.
+
+    In box coordinates pixel 0 covers [0, 1], in regions its centre is at 0: hence the
+    half pixel.
+
+    Parameters
+    ----------
+    box : (..., 4) array_like [px]
+        Left, top, width, height; the image's own corner is (0, 0).
+    angle : (...) array_like [rad]
+        Clockwise, about the centre.
+
+    Returns
+    -------
+    (..., 5) array [px, rad]
+
+    Examples
+    --------
+    The first pixel alone.
+
+    >>> from_box([0, 0, 1, 1])
     array([0. , 0. , 0. , 0.5, 0.5])
     """
     x, y, w, h = np.moveaxis(np.asarray(box, float), -1, 0)
-    return np.stack([x + w / 2 - 0.5, y + h / 2 - 0.5, np.broadcast_to(angle, x.shape), w / 2, h / 2], -1)
+    theta = np.broadcast_to(angle, x.shape)
+    return np.stack([x + w / 2 - 0.5, y + h / 2 - 0.5, theta, w / 2, h / 2], -1)
 
 
-def to_box(regions):
+def to_box(regions: ArrayLike) -> Array:
     """The upright box round a region; the inverse of `from_box` where theta is 0.
 
-    regions: (..., 5) [px, rad].  Returns (..., 4): left, top, width, height [px].
+    Parameters
+    ----------
+    regions : (..., 5) array_like [px, rad]
+
+    Returns
+    -------
+    (..., 4) array [px]
+        Left, top, width, height.
     """
     c = corners(regions)
     low, high = c.min(-2), c.max(-2)
     return np.concatenate([low + 0.5, high - low], -1)
 
 
-def wrap_angle(theta):
+def wrap_angle(theta: ArrayLike) -> Array:
     """The same angle in [-pi, pi).
 
-    theta: (...) [rad].  Returns (...) [rad].
+    Parameters
+    ----------
+    theta : (...) array_like [rad]
+
+    Returns
+    -------
+    (...) array [rad]
     """
     return (np.asarray(theta) + np.pi) % (2 * np.pi) - np.pi
 
 
-def displaced(region, dx=0.0, dy=0.0, dtheta=0.0, scale=1.0):
-    """Copies of a region, moved, turned and scaled: the grids over which surfaces are drawn.
+def displaced(
+    region: ArrayLike,
+    dx: ArrayLike = 0.0,
+    dy: ArrayLike = 0.0,
+    dtheta: ArrayLike = 0.0,
+    scale: ArrayLike = 1.0,
+) -> Regions:
+    """Copies of a region, moved, turned and scaled: the grids of cost surfaces.
 
-    region: (5,) [px, rad]; dx, dy [px], dtheta [rad], scale: arrays that broadcast to (...).  Returns (..., 5).
+    Parameters
+    ----------
+    region : (5,) array_like [px, rad]
+    dx, dy : (...) array_like [px]
+    dtheta : (...) array_like [rad]
+    scale : (...) array_like
+        Arrays that broadcast to one shape.
+
+    Returns
+    -------
+    (..., 5) array [px, rad]
     """
     dx, dy, dtheta, scale = np.broadcast_arrays(dx, dy, dtheta, scale)
-    cx, cy, theta, hx, hy = region
+    cx, cy, theta, hx, hy = np.asarray(region, float)
     return np.stack([cx + dx, cy + dy, theta + dtheta, hx * scale, hy * scale], -1)

@@ -1,125 +1,230 @@
-"""What a tracker is, what it is shown, and what comes out: `Tracker`, `Sequence`, `Track`, and the loop: `follow`, `track`.
+"""What a tracker is, what it is shown, and what comes out of the loop.
 
-A tracker is a frozen dataclass whose fields are the paper's parameters, with two pure methods: ``init`` looks at the object once,
-``step`` finds it again.  Nothing is hidden in the tracker itself, so ``replace(tracker, n=75)`` is all a particle slider has to do,
-any moment can be replayed, and the same seed gives the same run.
+`Tracker`, `Sequence`, `Track`; and the loop itself, `follow` and `track`.
+
+A tracker is a frozen dataclass whose fields are the paper's parameters, with two pure
+methods: ``init`` looks at the object once, ``step`` finds it again.  Nothing is hidden
+in the tracker itself, so ``replace(tracker, n=75)`` is all that a slider for particles
+has to do, any moment can be replayed, and the same seed gives the same run.
 
 A `Sequence` is used in notebook 03.
 """
 
+from collections.abc import Callable, Iterator
 from collections.abc import Sequence as Series
-from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-_listener = ContextVar("listener", default=lambda done, length: None)
+from mkt.checks import finite
+from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions, Rng
+
+LARGE = ("particles", "weights", "model")  # entries of an info that are kept on request
+LAMBDA = 20.0  # printed, Section IV-B of [T09]
+
+Info = dict[str, Any]
+Progress = Callable[[int, int], None]  # called with frames done and frames in all
 
 
 class Tracker(Protocol):
     """The one protocol of all trackers.
 
-    ``info`` is a dict with at least ``region`` (5,), ``score`` (the likelihood of the estimate, in [0, 1], NaN where a rival
-    does not tell it) and ``lost`` (bool).
+    The info of a step is a dict that `report` makes, with these keys:
+
+    ===========  ==================================================================
+    region       (5,) the estimate [px, rad]
+    distance     d_m of the estimate to what was learnt, in [0, 1]; NaN where a
+                 tracker has none
+    score        exp(-20 distance^2), its likelihood as [T09] prints it; the same
+                 for all trackers, so that it can be compared
+    lost         whether the tracker says that the target is lost: for most where
+                 the distance exceeds the field ``lost_above``
+    evaluations  regions looked at, the cost that no machine changes
+    covariance   (5, 5) of the particles about the estimate, where there are any
+    n_eff        their effective sample size
+    particles    (N, 5) regions, after the prediction
+    weights      (N,) of sum 1
+    ===========  ==================================================================
+
+    A tracker may add others, the same ones in every frame.
     """
 
-    def init(self, frame: np.ndarray, region: np.ndarray, rng: np.random.Generator) -> Any:
-        """Learn the object inside `region` (5,) of `frame` (H, W, 3); return the first state."""
+    def init(self, frame: Frame, region: Region, rng: Rng) -> Any:
+        """Learn the object inside a region (5,) of a frame; return the first state."""
+        ...
 
-    def step(self, state: Any, frame: np.ndarray, rng: np.random.Generator) -> tuple[Any, dict]:
+    def step(self, state: Any, frame: Frame, rng: Rng) -> tuple[Any, Info]:
         """Find the object in the next frame; return the next state and the info."""
+        ...
 
 
 @dataclass(frozen=True)
 class Sequence:
     """Frames with what is known about the target in them.
 
-    frames: T images (H, W, 3) uint8 RGB, indexable and iterable, made or decoded on demand.
-    truth: (T, 5) regions [px, rad], NaN where nothing is known.
-    visibility: (T,) the visible fraction of the target in [0, 1], NaN where nothing is known.
-    source: where it comes from, for captions ("synthetic", or origin and licence).
-    upright: the truth is an upright box, so an orientation must not be scored against it.
+    Parameters
+    ----------
+    name : str
+    frames : series of T (H, W, 3) uint8 RGB images
+        Indexable and iterable, made or decoded on demand.
+    truth : (T, 5) array [px, rad]
+        Regions, NaN where nothing is known.
+    visibility : (T,) array
+        The visible fraction of the target in [0, 1], NaN where nothing is known.
+    source : str
+        Where it comes from, for captions: "synthetic", or origin and licence.
+    upright : bool
+        The truth is an upright box: an orientation must not be scored against it.
+    fps : float
+        Frames a second.
     """
 
     name: str
     frames: Series
-    truth: np.ndarray
-    visibility: np.ndarray
+    truth: Regions
+    visibility: Array
     source: str = "synthetic"
     upright: bool = False
     fps: float = 25.0
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.frames)
+
+
+class Source(Protocol):
+    """Whatever gives a sequence: a scene, a found benchmark, settings, the clip."""
+
+    def sequence(self) -> Sequence:
+        """The `Sequence`."""
+        ...
 
 
 class Track(NamedTuple):
     """What a tracker said, frame by frame; frame 0 is the region it was started on.
 
-    regions: (T, 5) [px, rad]; score: (T,) likelihoods; lost: (T,) bool; info: every further entry of the infos, one list each.
+    Attributes
+    ----------
+    regions : (T, 5) array [px, rad]
+    score : (T,) array
+        Likelihoods of the estimates, 1 in frame 0.
+    lost : (T,) bool array
+    info : dict of (T, ...) arrays
+        Every further entry of the infos; in frame 0, which no step has made, NaN, and
+        an empty word where the others are words.
     """
 
-    regions: np.ndarray
-    score: np.ndarray
-    lost: np.ndarray
-    info: dict[str, list]
+    regions: Regions
+    score: Array
+    lost: NDArray
+    info: dict[str, NDArray]
 
 
-def check_counts(tracker, *fields):
-    """Raise ValueError naming the first of these fields of a tracker that is not a whole number of at least 1."""
-    for field in fields:
-        value = getattr(tracker, field)
-        if not (isinstance(value, (int, np.integer)) and value >= 1):
-            raise ValueError(f"{field} is {value!r}; it must be a whole number, at least 1")
+def report(
+    region: Region,
+    distance: float | Array,
+    lost: bool,
+    evaluations: float,
+    **more: Any,
+) -> Info:
+    """The info of a step, see `Tracker`.
 
-
-def finite(region):
-    """An estimate (5,), as it is.  Raises ValueError where it is not finite, which no later step could mend."""
-    if not np.isfinite(region).all():
-        raise ValueError(f"the estimate {region} is not finite; check the state and the tracker's motion, and start it again with init")
-    return region
-
-
-def report(region, distance, lost_above, **more):
-    """The info of a step: the estimate (5,), its likelihood exp(-20 d^2) with lambda as printed in [T09], whether it is lost, and more.
-
-    Raises ValueError for an estimate that is not `finite`.
+    Raises
+    ------
+    ValueError
+        For an estimate that is not finite.
     """
-    return {"region": finite(region), "score": float(np.exp(-20 * distance**2)), "distance": float(distance), "lost": bool(distance > lost_above), **more}
+    return {
+        "region": finite(region),
+        "score": float(np.exp(-LAMBDA * distance**2)),
+        "lost": bool(lost),
+        "distance": float(distance),
+        "evaluations": float(evaluations),
+        **more,
+    }
 
 
-def follow(tracker, sequence, seed=0, start=None):
-    """Run a tracker over a sequence, started on the first true region or on `start` (5,), and yield the info of each frame.
+def follow(
+    tracker: Tracker,
+    clip: Sequence,
+    seed: int = 0,
+    start: ArrayLike | None = None,
+    progress: Progress | None = None,
+) -> Iterator[Info]:
+    """Run a tracker over a sequence and yield the info of each frame.
 
     Nothing is kept, so that a long video takes no more memory than a short one.
-    Raises ValueError when there is no region to start on.
+
+    Parameters
+    ----------
+    tracker : Tracker
+    clip : Sequence
+    seed : int
+        Of the tracker's random numbers.
+    start : (5,) array_like [px, rad], optional
+        Where the target is in the first frame; the first true region by default.
+    progress : callable, optional
+        Called after every frame with the numbers of frames done and in all.
+
+    Raises
+    ------
+    ValueError
+        When there is no region to start on, and whatever the tracker refuses.
     """
-    start = sequence.truth[0] if start is None else np.asarray(start, float)
-    if not np.all(np.isfinite(start)):
-        raise ValueError(f"{sequence.name}: the first frame has no true region; pass start=(cx, cy, theta, hx, hy)")
-    rng, frames, tell = np.random.default_rng(seed), iter(sequence.frames), _listener.get()
-    state = tracker.init(next(frames), start, rng)
-    yield {"region": start, "score": 1.0, "lost": False}
+    first = clip.truth[0] if start is None else np.asarray(start, float)
+    if not np.all(np.isfinite(first)):
+        raise ValueError(
+            f"{clip.name}: the first frame has no true region; "
+            "pass start=(cx, cy, theta, hx, hy)"
+        )
+    rng, frames = np.random.default_rng(seed), iter(clip.frames)
+    state = tracker.init(next(frames), first, rng)
+    yield {"region": first, "score": 1.0, "lost": False}
     for done, frame in enumerate(frames, 2):
         state, info = tracker.step(state, frame, rng)
-        tell(done, len(sequence))
+        if progress:
+            progress(done, len(clip))
         yield info
 
 
-@contextmanager
-def heard(listener):
-    """For a while, call listener(frames done, frames in all) after every frame that any tracker follows: for a bar that shows how far it is."""
-    token = _listener.set(listener)
-    try:
-        yield
-    finally:
-        _listener.reset(token)
+def track(
+    tracker: Tracker,
+    clip: Sequence,
+    seed: int = 0,
+    start: ArrayLike | None = None,
+    keep: Series[str] = (),
+    progress: Progress | None = None,
+) -> Track:
+    """All that `follow` yields, as a `Track` of the sequence's length.
+
+    Parameters
+    ----------
+    tracker, clip, seed, start, progress
+        As for `follow`, which also says what is refused.
+    keep : sequence of str
+        Which of the large entries of the infos to keep: "particles", "weights",
+        "model".
+    """
+    infos = list(_kept(follow(tracker, clip, seed, start, progress), keep))
+    names = infos[-1]
+    columns = {name: _column(name, infos) for name in names}
+    regions, score = columns.pop("region"), columns.pop("score")
+    return Track(regions, score, columns.pop("lost"), columns)
 
 
-def track(tracker, sequence, seed=0, start=None):
-    """All that `follow` yields, with the same arguments, as a `Track` of the sequence's length."""
-    infos = list(follow(tracker, sequence, seed, start))
-    columns = {key: [info.get(key) for info in infos] for key in infos[-1]}
-    return Track(np.array(columns.pop("region"), float), np.array(columns.pop("score"), float), np.array(columns.pop("lost"), bool), columns)
+def _kept(infos: Iterator[Info], keep: Series[str]) -> Iterator[Info]:
+    for info in infos:
+        left_out = set(LARGE) - set(keep)
+        yield {name: value for name, value in info.items() if name not in left_out}
+
+
+def _column(name: str, infos: list[Info]) -> NDArray:
+    """One entry of all infos; frame 0 is filled up where its info has none."""
+    values = [info[name] for info in infos if name in info]
+    column = np.array(values)
+    missing = len(infos) - len(values)
+    if not missing:
+        return column
+    words = column.dtype.kind == "U"
+    filled = np.full(column.shape[1:], "" if words else np.nan)
+    return np.concatenate([[filled] * missing, column])

@@ -1,4 +1,7 @@
-"""Stopped at any moment, run twice at once, or without room on the disk: what is kept is whole, and what is wrong is said in a sentence."""
+"""Stopped at any moment, run twice at once, or without room on the disk.
+
+What is kept is whole, and what is wrong is said in a sentence.
+"""
 
 import json
 import os
@@ -10,22 +13,35 @@ from contextlib import contextmanager
 
 import nbformat
 import numpy as np
+import pandas as pd
 import pytest
 
-from mkt import book, cli, recording, sweeps
-from mkt.book import catalogue, execute
-from mkt.files import named, whole
+from mkt.course import book, cli
+from mkt.course.book import contents, execute
+from mkt.experiments import sweep as sweeps
+from mkt.experiments.sweep import Job, known, sweep, write_table
+from mkt.files import ROOT, named, whole
+from mkt.own_video import recording
 from mkt.regions import from_box
-from mkt.sweeps import PACKAGE, Job, sweep, table
+from mkt.scenes.drawn import Drawn
+from mkt.sequences.writing import CODECS
+from mkt.trackers.ssd import SSD
 from mkt.tracking import Sequence
 
-JOBS = [Job("ssd", None, "base", seed) for seed in range(25)]
+# Each job has a scene of its own, for the jobs on one scene are kept together.  From 10
+# on their names are in the order of their numbers, which is that of the runs.
+JOBS = [Job("ssd", SSD(), Drawn("base", 10 + seed), seed) for seed in range(25)]
+# The same jobs and rows, in a program that imports no more than they need.
 SWEEP = """
-import sys
-from mkt import sweeps
-sweeps.run = lambda job: {"seed": job.seed, "text": str(job.seed) * 200_000}
-rows = sweeps.sweep([sweeps.Job("ssd", None, "base", seed) for seed in range(25)], processes=1, cache=sys.argv[1])
-print(*(row["seed"] for row in rows))
+from mkt.experiments import sweep as sweeps
+from mkt.experiments.sweep import Job
+from mkt.scenes.drawn import Drawn
+from mkt.trackers.ssd import SSD
+def long_row(job):
+    return {"seed": job.seed, "text": str(job.seed) * 200_000}
+sweeps.run = long_row
+jobs = [Job("ssd", SSD(), Drawn("base", 10 + seed), seed) for seed in range(25)]
+print(*sweeps.sweep(jobs, processes=1)["seed"])
 """
 
 
@@ -33,35 +49,75 @@ def long_row(job):
     return {"seed": job.seed, "text": str(job.seed) * 200_000}
 
 
-def started(cache):
-    return subprocess.Popen([sys.executable, "-c", SWEEP, cache], cwd=PACKAGE.parent, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+LONG = pd.DataFrame([long_row(job) for job in JOBS])
+
+
+@pytest.fixture(autouse=True)
+def kept(tmp_path, monkeypatch):
+    """The folder in which results of this test are kept, empty at first."""
+    folder = tmp_path / "kept"
+    monkeypatch.setenv("MKT_CACHE", str(folder))
+    return folder
+
+
+def started():
+    """A program that does all jobs, each of which is a long row."""
+    return subprocess.Popen(
+        [sys.executable, "-c", SWEEP],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def wait_for_rows(kept, count, process):
+    """Wait until there are so many files of rows, or the program has ended."""
+    end = time.monotonic() + 60
+    while (
+        len(list(kept.rglob("*.json"))) < count
+        and process.poll() is None
+        and time.monotonic() < end
+    ):
+        time.sleep(0.0005)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
 @pytest.mark.parametrize("rows", [1, 13])
-@pytest.mark.parametrize("blow", [signal.SIGINT, signal.SIGKILL], ids=["Ctrl-C", "killed"])
-def test_a_sweep_stopped_at_any_moment_goes_on_with_the_same_rows(tmp_path, monkeypatch, blow, rows):
-    process, end = started(tmp_path), time.monotonic() + 60
-    while len(list(tmp_path.glob("*.json"))) < rows and process.poll() is None and time.monotonic() < end:
-        time.sleep(0.0005)
+@pytest.mark.parametrize(
+    "blow", [signal.SIGINT, signal.SIGKILL], ids=["Ctrl-C", "killed"]
+)
+def test_a_sweep_stopped_at_any_moment_goes_on_with_the_same_rows(
+    kept, monkeypatch, blow, rows
+):
+    done = []
+
+    def counted(job):
+        done.append(job.seed)
+        return long_row(job)
+
+    process = started()
+    wait_for_rows(kept, rows, process)
     process.send_signal(blow)
     process.communicate(timeout=60)
-    kept = [row["seed"] for row in sweeps.known(JOBS, tmp_path) if row]
-    assert len(kept) >= rows - 1  # the last file seen may still have been under its other name
-    done = []
-    monkeypatch.setattr(sweeps, "run", lambda job: done.append(job.seed) or long_row(job))
-    assert sweep(JOBS, processes=1, cache=tmp_path) == [long_row(job) for job in JOBS]
-    assert sorted(kept + done) == list(range(len(JOBS)))
+    before = [row["seed"] for row in known(JOBS) if row]
+    # The last file that was seen may still have had its other name.
+    assert len(before) >= rows - 1
+    monkeypatch.setattr(sweeps, "run", counted)
+    assert sweep(JOBS, processes=1).equals(LONG)
+    assert sorted(before + done) == list(range(len(JOBS)))
 
 
-def test_two_sweeps_in_two_processes_leave_one_whole_row_a_job(tmp_path):
-    processes = [started(tmp_path) for _ in range(2)]
+def test_two_sweeps_in_two_processes_leave_one_whole_row_a_job(kept):
+    processes = [started() for _ in range(2)]
     answers = [process.communicate(timeout=120)[0].split() for process in processes]
     assert answers == [[str(job.seed) for job in JOBS]] * 2
-    assert sorted(json.loads(path.read_text())["seed"] for path in tmp_path.iterdir()) == list(range(len(JOBS)))
+    rows = [json.loads(path.read_text()) for path in kept.rglob("*.*")]
+    assert sorted(row["seed"] for row in rows) == list(range(len(JOBS)))
 
 
 # A file
+
 
 def test_a_file_is_there_as_a_whole_or_not_at_all(tmp_path):
     path = tmp_path / "a.txt"
@@ -77,16 +133,23 @@ def test_a_file_is_there_as_a_whole_or_not_at_all(tmp_path):
 
 
 def test_an_error_of_the_disk_names_the_file(tmp_path):
-    with pytest.raises(OSError, match=r"a\.txt cannot be written: No space left on device; make room there"), named("a.txt"):
+    said = r"a\.txt cannot be written: No space left on device; make room there"
+    with pytest.raises(OSError, match=said), named("a.txt"):
         raise OSError(28, "No space left on device")
-    with pytest.raises(OSError, match=r"none.a\.txt cannot be written: No such file or directory"), whole(tmp_path / "none" / "a.txt") as half:
+    said = r"none.a\.txt cannot be written: No such file or directory"
+    with (
+        pytest.raises(OSError, match=said),
+        whole(tmp_path / "none" / "a.txt") as half,
+    ):
         half.write_text("")
 
 
 # No room: a limit on the size of files fails in the same calls as a full disk
 
+
 @contextmanager
 def room_for(size):
+    """For a while, no file may be longer than `size` [bytes]."""
     resource = pytest.importorskip("resource")
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
@@ -96,28 +159,35 @@ def room_for(size):
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def test_rows_before_the_disk_was_full_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(sweeps, "run", lambda job: {"seed": job.seed, "text": "x" * 1000 * job.seed})
-    with room_for(5500), pytest.raises(OSError, match=r"\.json cannot be written: .*; make room there"):
-        sweep(JOBS, processes=1, cache=tmp_path)
-    assert [row["seed"] for row in sweeps.known(JOBS, tmp_path) if row] == [0, 1, 2, 3, 4, 5]
-    assert len(list(tmp_path.iterdir())) == 6
+def test_rows_before_the_disk_was_full_are_kept(kept, monkeypatch):
+    def growing_row(job):
+        return {"seed": job.seed, "text": "x" * 1000 * job.seed}
+
+    monkeypatch.setattr(sweeps, "run", growing_row)
+    said = r"\.json cannot be written: .*; make room there"
+    with room_for(5500), pytest.raises(OSError, match=said):
+        sweep(JOBS, processes=1)
+    assert [row["seed"] for row in known(JOBS) if row] == list(range(6))
+    assert len(list(kept.rglob("*.*"))) == 6
 
 
 def test_a_table_without_room_leaves_the_old_one(tmp_path):
     path = tmp_path / "rows.csv"
-    table([{"a": 1}], path)
+    write_table(pd.DataFrame([{"a": 1}]), path)
+    long = pd.DataFrame([{"a": "x" * 20_000}])
     with room_for(5000), pytest.raises(OSError, match="rows.csv cannot be written"):
-        table([{"a": "x" * 20_000}], path)
+        write_table(long, path)
     assert path.read_text() == "a\n1\n" and list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg", "csv"])
 def test_a_figure_without_room_is_said_and_leaves_nothing(ending, tmp_path):
     path = tmp_path / f"figure.{ending}"
+    words = ["figure", "teuliere2009.fig2", "-o", str(path)]
     with room_for(100), pytest.raises(SystemExit) as stopped:
-        cli.run(cli.parse(["figure", "teuliere2009.fig2", "-o", str(path)]))
-    assert stopped.value.code.startswith(f"mkt figure: {path} cannot be written: ") and not list(tmp_path.iterdir())
+        cli.run(cli.parse(words))
+    assert stopped.value.code.startswith(f"mkt figure: {path} cannot be written: ")
+    assert not list(tmp_path.iterdir())
 
 
 class Still:
@@ -133,38 +203,51 @@ class Still:
 @pytest.fixture(scope="module")
 def noise():
     """Frames that no codec makes small."""
-    frames = list(np.random.default_rng(0).integers(0, 256, (40, 48, 64, 3), np.uint8))
-    return Sequence("noise", frames, np.tile(from_box([10, 10, 20, 20]), (40, 1)), np.ones(40))
+    frames = np.random.default_rng(0).integers(0, 256, (40, 48, 64, 3), np.uint8)
+    truth = np.tile(from_box([10, 10, 20, 20]), (40, 1))
+    return Sequence("noise", list(frames), truth, np.ones(40))
 
 
-@pytest.mark.parametrize("ending", recording.CODECS)
+@pytest.mark.parametrize("ending", CODECS)
 def test_a_video_without_room_is_said(ending, noise, tmp_path, capfd):
-    with room_for(30_000), pytest.raises(OSError, match=rf"found{ending}: only \d+ of 40 frames could be written; make room there"):
-        recording.record(Still(), noise, tmp_path / f"found{ending}")
-    assert recording.record(Still(), noise, tmp_path / f"found{ending}") == 40  # there is room again
+    output = tmp_path / f"found{ending}"
+    said = rf"found{ending}: only \d+ of 40 frames could be written; make room there"
+    with room_for(30_000), pytest.raises(OSError, match=said):
+        recording.record(Still(), noise, output)
+    assert recording.record(Still(), noise, output) == 40  # there is room again
 
 
 def test_a_table_of_a_video_without_room_is_said(noise, tmp_path, capfd):
-    with room_for(1000), pytest.raises(OSError, match="found.csv cannot be written: .*; make room there"):
+    said = "found.csv cannot be written: .*; make room there"
+    with room_for(1000), pytest.raises(OSError, match=said):
         recording.record(Still(), noise, tmp_path / "found.webm")
 
 
-def test_an_executed_notebook_without_room_is_said_and_the_others_are_kept(tmp_path, monkeypatch):
-    chapters = catalogue.read().chapters[:2]
-
+def test_an_executed_notebook_without_room_is_said_and_the_others_are_kept(
+    kept, monkeypatch
+):
     async def run(chapter, on_cell):
-        return nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell("x" * 50_000 * chapters.index(chapter))])
+        text = "x" * 50_000 * chapters.index(chapter)
+        return nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell(text)])
 
+    chapters = contents.read().chapters[:2]
     monkeypatch.setattr(execute, "run", run)
-    with room_for(20_000), pytest.raises(OSError, match=f"{chapters[1].notebook.name} cannot be written: .*; make room there"):
-        execute.execute_all(chapters, tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == [chapters[0].notebook.name]
+    said = r"kept.chapters.\w+\.ipynb cannot be written: .*; make room there"
+    with room_for(20_000), pytest.raises(OSError, match=said):
+        execute.execute_all(chapters)
+    [first] = kept.rglob("*.*")
+    assert nbformat.read(first, 4).cells[0].source == ""
 
 
 def test_a_book_without_room_ends_with_the_sentence(monkeypatch):
     def build():
-        raise OSError("index.html cannot be written: No space left on device; make room there, or choose another place")
+        with named("index.html"):
+            raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(book, "build", build)
-    with pytest.raises(SystemExit, match="index.html cannot be written"):
+    with pytest.raises(SystemExit) as stopped:
         cli.run(cli.parse(["book"]))
+    assert stopped.value.code == (
+        "mkt book: index.html cannot be written: No space left on device; "
+        "make room there, or choose another place"
+    )

@@ -1,4 +1,6 @@
-"""Layouts and profiles: what the weight matrix must satisfy whatever the configuration."""
+"""Layouts and profiles: what the weights must satisfy whatever the configuration."""
+
+import itertools
 
 import numpy as np
 import pytest
@@ -8,8 +10,13 @@ from hypothesis import strategies as st
 from mkt.kernels import LAYOUTS, PROFILES, Kernels
 
 configurations = st.builds(
-    Kernels, layout=st.sampled_from(LAYOUTS), profile=st.sampled_from(PROFILES), span=st.floats(0.5, 1.5), elliptic=st.booleans(),
-    aspect=st.floats(0.4, 2.5), samples=st.integers(400, 3000),
+    Kernels,
+    layout=st.sampled_from(LAYOUTS),
+    profile=st.sampled_from(PROFILES),
+    span=st.floats(0.5, 1.5),
+    elliptic=st.booleans(),
+    aspect=st.floats(0.4, 2.5),
+    samples=st.integers(400, 3000),
 )
 
 
@@ -24,30 +31,42 @@ def test_rows_sum_to_one_and_every_sample_is_seen(kernels):
 
 @given(configurations)
 def test_centre_of_mass_is_the_kernel_centre(kernels):
-    if kernels.span <= 1 and kernels.layout != "cut":  # larger tiles are cut by the border
-        cell = 2 / np.sqrt(kernels.samples)
-        assert np.allclose(kernels.weights @ (kernels.points * kernels.half_sides), kernels.centres, atol=cell)
+    if kernels.span > 1 or kernels.layout == "cut":
+        return  # cut by the border, so are larger tiles
+    mass = kernels.weights @ (kernels.points * kernels.half_sides)
+    cell = 2 / np.sqrt(kernels.samples)
+    assert np.allclose(mass, kernels.centres, atol=cell)
 
 
-@given(st.sampled_from(["one", "2x2", "3x3", "4x4"]), st.floats(0.4, 1.5), st.floats(0.4, 2.5), st.booleans())
+@given(
+    st.sampled_from(["one", "2x2", "3x3", "4x4"]),
+    st.floats(0.4, 1.5),
+    st.floats(0.4, 2.5),
+    st.booleans(),
+)
 def test_supports_stay_inside_the_object(layout, span, aspect, elliptic):
-    kernels = Kernels(layout, span=min(span, 1.0) if layout == "one" else span, aspect=aspect, elliptic=elliptic)
+    span = min(span, 1.0) if layout == "one" else span
+    kernels = Kernels(layout, span=span, aspect=aspect, elliptic=elliptic)
     if (kernels.radii <= kernels.half_sides).all():
-        assert (np.abs(kernels.centres) + kernels.radii <= kernels.half_sides + 1e-9).all()
+        reach = np.abs(kernels.centres) + kernels.radii
+        assert (reach <= kernels.half_sides + 1e-9).all()
 
 
 def test_cut_kernels_reach_beyond_the_border_and_lose_what_lies_there():
     cut, whole = Kernels("cut", aspect=1.5), Kernels("3x3", aspect=1.5)
-    assert np.allclose(cut.radii, whole.radii) and (np.abs(cut.centres[0]) + cut.radii > cut.half_sides).all()
-    lost = np.abs(cut.centres) - np.abs(cut.weights @ (cut.points * cut.half_sides))
+    assert np.allclose(cut.radii, whole.radii)
+    assert (np.abs(cut.centres[0]) + cut.radii > cut.half_sides).all()
+    mass = cut.weights @ (cut.points * cut.half_sides)
+    lost = np.abs(cut.centres) - np.abs(mass)
     assert (lost[0] > 0.01).all() and np.allclose(lost[4], 0, atol=0.01)
 
 
 def test_nine_kernels_have_the_span_of_the_fourth_row():
     kernels = Kernels(aspect=4 / 3)  # W = 2 sqrt(4/3), H = 2 sqrt(3/4)
-    height = 2 * 0.75**0.5
-    assert np.allclose(kernels.radii, height / 3)
-    assert np.allclose(kernels.centres[0], [-(4 / 3) ** 0.5 + height / 3, -height / 2 + height / 3])
+    half_width, half_height = (4 / 3) ** 0.5, 0.75**0.5
+    radius = 2 * half_height / 3
+    assert np.allclose(kernels.radii, radius)
+    assert np.allclose(kernels.centres[0], [radius - half_width, radius - half_height])
 
 
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 4 / 3])
@@ -59,28 +78,62 @@ def test_tiles_are_a_partition_of_the_whole_rectangle(aspect):
     assert abs(len(kernels.parts) - 4800) < 100
 
 
-def test_ellipse_radii():
-    """With the printed radius the weight at the ends of the axes is 1 - (H / a)^2, .8 and .2 for 10 x 20; with the elliptic one 0."""
-    printed, elliptic = (Kernels("ellipse", elliptic=e, aspect=0.5, samples=40_000) for e in (False, True))
-    for kernels, x_end, y_end in ((printed, 0.8, 0.2), (elliptic, 0.0, 0.0)):
-        relative = kernels.weights[0] / kernels.weights.max()
-        x, y = kernels.points.T
-        on_x, on_y = (np.abs(y) < 0.02) & (x > 0.98), (np.abs(x) < 0.02) & (y > 0.98)
-        assert relative[on_x].mean() == pytest.approx(x_end, abs=0.05)
-        assert relative[on_y].mean() == pytest.approx(y_end, abs=0.05)
+@pytest.mark.parametrize(
+    "elliptic, x_end, y_end", [(False, 0.8, 0.2), (True, 0.0, 0.0)]
+)
+def test_ellipse_radii(elliptic, x_end, y_end):
+    """With the printed radius the weight at the ends of the axes is 1 - (H / a)^2.
+
+    These are .8 and .2 for 10 x 20; with the elliptic radius it is 0.
+    """
+    kernels = Kernels("ellipse", elliptic=elliptic, aspect=0.5, samples=40_000)
+    relative = kernels.weights[0] / kernels.weights.max()
+    x, y = kernels.points.T
+    on_x, on_y = (np.abs(y) < 0.02) & (x > 0.98), (np.abs(x) < 0.02) & (y > 0.98)
+    assert relative[on_x].mean() == pytest.approx(x_end, abs=0.05)
+    assert relative[on_y].mean() == pytest.approx(y_end, abs=0.05)
 
 
 def test_samples_are_interleaved():
-    parts = Kernels("tiles", "uniform").parts
+    parts = Kernels("tiles", "uniform", aspect=1.0).parts
     assert len(set(parts[:9])) == 9 and len(set(parts[9:18])) == 9
 
 
-@pytest.mark.parametrize("field, value", [("layout", "5x5"), ("profile", "gauss"), ("span", 0.0), ("aspect", np.nan), ("samples", -1)])
+@pytest.mark.parametrize(
+    "field, value",
+    [
+        ("layout", "5x5"),
+        ("profile", "gauss"),
+        ("span", 0.0),
+        ("aspect", np.nan),
+        ("samples", -1),
+    ],
+)
 def test_bad_fields_are_named(field, value):
     with pytest.raises(ValueError, match=field):
         Kernels(**{field: value})
 
 
 def test_a_kernel_without_samples_says_so():
+    kernels = Kernels("4x4", span=0.01, aspect=1.0, samples=100)
     with pytest.raises(ValueError, match="span"):
-        Kernels("4x4", span=0.01, samples=100).weights
+        _ = kernels.weights
+
+
+ARRAYS = ("points", "weights", "sums", "parts", "radii", "half_sides", "homogeneous")
+
+
+@pytest.mark.parametrize(
+    "layout, name", [("3x3", "slopes"), *itertools.product(LAYOUTS, ARRAYS)]
+)
+def test_kernels_without_an_object_have_no_arrays(layout, name):
+    """A square would be assumed in silence, which is wrong for most objects."""
+    kernels = Kernels(layout)
+    with pytest.raises(ValueError, match=r"not fitted .* take kernels\.fitted\(region"):
+        getattr(kernels, name)
+
+
+def test_fitting_takes_the_aspect_and_shares_the_arrays():
+    fitted = Kernels().fitted([50, 40, 0.3, 20, 10])
+    assert fitted == Kernels(aspect=2.0)
+    assert fitted.points is Kernels().fitted([9, 9, 0, 4, 2]).points

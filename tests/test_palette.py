@@ -1,4 +1,4 @@
-"""Curves that share an axes can be told apart by colour-blind readers and in grey print."""
+"""Colour-blind readers and grey print can tell curves that share an axes apart."""
 
 from itertools import combinations
 
@@ -7,34 +7,57 @@ import pytest
 from matplotlib.colors import to_rgb
 from skimage.color import rgb2lab
 
-from mkt import figures
-from mkt.figures import cordoba2014_material, lessons_benchmark, lessons_servoing, nummiaro2003, nummiaro2003_sequences
+from mkt.figures.registry import FIGURES
+from mkt.papers.cordoba2014 import printed
+from mkt.papers.lessons import benchmark, servoing
+from mkt.papers.nummiaro2003 import sequences, steps
 from mkt.plotting import CONTRAST, CURRENT, DESIRED, TRACKERS, TRUTH
-from mkt.trackers import catalogue
+from mkt.trackers import by_name
 
-DIFFERENT, LIGHTER = 20, 10  # in CIE Lab: about nine just noticeable differences of colour, and a tenth of the way from black to white
-# G. M. Machado, M. M. Oliveira, L. A. F. Fernandes: A physiologically-based model for simulation of color vision deficiency. IEEE TVCG 15 (6), 2009,
-# at severity 1, on linear RGB.
+DIFFERENT = 20  # in CIE Lab: about nine just noticeable differences of colour
+LIGHTER = 10  # a tenth of the way from black to white
+# G. M. Machado, M. M. Oliveira, L. A. F. Fernandes: A physiologically-based model for
+# simulation of color vision deficiency. IEEE TVCG 15 (6), 2009, at severity 1, on
+# linear RGB.
 BLINDNESS = {
     "none": np.eye(3),
-    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
-    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
-    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+    "protanopia": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "deuteranopia": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "tritanopia": [
+        [1.255528, -0.076749, -0.178779],
+        [-0.078411, 0.930809, 0.147602],
+        [0.004733, 0.691367, 0.303900],
+    ],
 }
 SHARED = {  # colours that are drawn in one axes
-    "trackers of T09": [TRUTH, *TRACKERS.values()], "robot": [TRUTH, DESIRED, CURRENT], "two or three curves": [TRUTH, *CONTRAST],
-    "trackers of C14": [TRUTH, *cordoba2014_material.COLORS.values()], "person and car": [TRUTH, nummiaro2003.PERSON, nummiaro2003.CAR],
-    "learning": [TRUTH, nummiaro2003_sequences.WITH, nummiaro2003_sequences.WITHOUT],
+    "trackers of T09": [TRUTH, *TRACKERS.values()],
+    "robot": [TRUTH, DESIRED, CURRENT],
+    "two or three curves": [TRUTH, *CONTRAST],
+    "trackers of C14": [TRUTH, *printed.COLORS.values()],
+    "person and car": [TRUTH, steps.PERSON, steps.CAR],
+    "learning": [TRUTH, sequences.WITH, sequences.WITHOUT],
 }
 each = pytest.mark.parametrize("colors", SHARED.values(), ids=SHARED)
 
 
 def seen(colors, matrix):
-    """Colours as CIE Lab (n, 3), as somebody sees them whose eyes do this to linear RGB."""
+    """Colours as CIE Lab (n, 3), as somebody sees them with such eyes.
+
+    The matrix (3, 3) is what these do to linear RGB.
+    """
     rgb = np.array([to_rgb(color) for color in colors])
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     changed = np.clip(linear @ np.transpose(matrix), 0, 1)
-    return rgb2lab(np.where(changed <= 0.0031308, 12.92 * changed, 1.055 * changed ** (1 / 2.4) - 0.055)[None])[0]
+    bright = 1.055 * changed ** (1 / 2.4) - 0.055
+    return rgb2lab(np.where(changed <= 0.0031308, 12.92 * changed, bright)[None])[0]
 
 
 @each
@@ -51,20 +74,30 @@ def test_colours_of_one_axes_differ_in_grey_print(colors):
 
 
 def test_the_simulation_keeps_grey_and_confuses_red_with_green():
-    red_and_green = {name: np.linalg.norm(np.subtract(*seen(["#d62728", "#2ca02c"], matrix))) for name, matrix in BLINDNESS.items()}
-    assert all(np.abs(seen(["0.5"], matrix)[0, 1:]).max() < 2 for matrix in BLINDNESS.values())
-    assert max(red_and_green["protanopia"], red_and_green["deuteranopia"]) < red_and_green["none"] / 2 < red_and_green["tritanopia"]
+    apart = {}
+    for name, matrix in BLINDNESS.items():
+        assert np.abs(seen(["0.5"], matrix)[0, 1:]).max() < 2
+        red, green = seen(["#d62728", "#2ca02c"], matrix)
+        apart[name] = np.linalg.norm(red - green)
+    confused = max(apart["protanopia"], apart["deuteranopia"])
+    assert confused < apart["none"] / 2 < apart["tritanopia"]
 
 
 def test_all_trackers_of_the_library_in_one_axes_differ_in_colour_or_dashes():
-    styles = [tuple(style.values()) for style in lessons_benchmark._styles(list(catalogue.TRACKERS))]
+    styles = [
+        tuple(style.values()) for style in benchmark.styles(list(by_name.TRACKERS))
+    ]
     assert len(set(styles)) == len(styles) > len(TRACKERS)
 
 
 def test_where_colours_return_the_dashes_differ():
-    styles = [(style["color"], style["ls"]) for style in lessons_servoing.STYLES]
+    styles = [(style["color"], style["ls"]) for style in servoing.STYLES]
     assert len(set(styles)) == len(styles) == 6
-    upper, lower = figures.get("own.approach").draw()[0].axes[1:]
+    upper, lower = FIGURES["own.approach"].draw()[0].axes[1:]
     for ax in (upper, lower):
-        drawn = [(line.get_color(), line.get_linestyle()) for line in ax.lines if not line.get_label().startswith("_")]
+        drawn = [
+            (line.get_color(), line.get_linestyle())
+            for line in ax.lines
+            if not line.get_label().startswith("_")
+        ]
         assert len(set(drawn)) == len(drawn) > 3

@@ -1,13 +1,36 @@
-"""Resampling is unbiased for every particle, motion is in units of the target, weights never become NaN."""
+"""Resampling is unbiased, motion is in units of the target, weights are never NaN."""
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
-from mkt.particles import SCHEMES, Motion, Particles, effective_sample_size, mean_region, normalised
+from mkt.particles import (
+    SCHEMES,
+    Motion,
+    Particles,
+    covariance,
+    effective_sample_size,
+    independent_positions,
+    mean_region,
+    normalised,
+    resample_if_degenerate,
+    search,
+    stratified_positions,
+    systematic_positions,
+)
 
-weights = st.lists(st.floats(0, 1), min_size=1, max_size=40).filter(lambda w: sum(w) > 1e-3).map(lambda w: np.array(w) / sum(w))
+seeds = st.integers(0, 2**32 - 1)
+weights = (
+    st.lists(st.floats(0, 1), min_size=1, max_size=40)
+    .filter(lambda w: sum(w) > 1e-3)
+    .map(lambda w: np.array(w) / sum(w))
+)
+# Regions (N, 5) whose angles are less than half a turn apart.
+particles = st.integers(2, 30).flatmap(
+    lambda n: arrays(float, (n, 5), elements=st.floats(-1.5, 1.5))
+)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -21,19 +44,86 @@ def test_every_particle_is_drawn_as_often_as_it_weighs(scheme):
     assert frequency[3] == 0
 
 
-@given(weights, st.integers(0, 2**32 - 1))
+@given(weights, seeds)
 def test_schemes_return_as_many_ancestors_as_particles(w, seed):
     for scheme in SCHEMES.values():
         ancestors = scheme(w, np.random.default_rng(seed))
         assert len(ancestors) == len(w) and (w[ancestors] > 0).all()
 
 
-@given(weights, st.integers(0, 2**32 - 1))
+def children(scheme, w, seed):
+    """How often each particle is drawn."""
+    ancestors = SCHEMES[scheme](w, np.random.default_rng(seed))
+    return np.bincount(ancestors, minlength=len(w))
+
+
+@given(weights, seeds)
 def test_low_variance_schemes_are_within_one_of_the_expectation(w, seed):
-    counts = np.bincount(SCHEMES["systematic"](w, np.random.default_rng(seed)), minlength=len(w))
-    assert (np.abs(counts - len(w) * w) < 1 + 1e-6).all()
-    counts = np.bincount(SCHEMES["residual"](w, np.random.default_rng(seed)), minlength=len(w))
-    assert (counts >= np.floor(len(w) * w - 1e-6)).all()
+    expected = len(w) * w
+    assert (np.abs(children("systematic", w, seed) - expected) < 1 + 1e-6).all()
+    assert (children("residual", w, seed) >= np.floor(expected - 1e-6)).all()
+
+
+@given(st.integers(1, 50), seeds)
+def test_positions_lie_where_their_scheme_says(n, seed):
+    free, stratified, systematic = (
+        np.sort(positions(n, np.random.default_rng(seed)))
+        for positions in (
+            independent_positions,
+            stratified_positions,
+            systematic_positions,
+        )
+    )
+    for positions in (free, stratified, systematic):
+        assert positions.shape == (n,)
+        assert (positions >= 0).all() and (positions <= 1).all()
+    assert (np.abs(n * stratified - np.arange(n) - 0.5) <= 0.5 + 1e-9).all()
+    assert 0 <= systematic[0] <= 1 / n
+    assert np.allclose(np.diff(systematic), 1 / n)
+
+
+def test_positions_differ_in_how_much_is_left_to_chance():
+    """One random number for each position, or one for all of them."""
+    rng = np.random.default_rng(0)
+    inside = 20 * stratified_positions(20, rng) % 1
+    assert np.ptp(inside) > 0.5
+    assert np.ptp(20 * systematic_positions(20, rng) % 1) < 1e-9
+    taken = np.floor(20 * independent_positions(20, rng))
+    assert len(set(taken)) < 20  # some strata get two, others none
+
+
+def test_a_position_belongs_to_the_particle_whose_share_it_falls_into():
+    found = search([0.5, 0.0, 0.25, 0.25], [0.0, 0.49, 0.5, 0.74, 0.75, 1.0])
+    assert found.tolist() == [0, 0, 2, 2, 3, 3]
+
+
+@pytest.mark.parametrize("bad", [[], [0.0, 0.0], [1.0, -0.1], [np.nan, 1.0], [np.inf]])
+def test_nothing_is_drawn_from_what_is_no_distribution(bad):
+    for scheme in SCHEMES.values():
+        with pytest.raises(ValueError, match="weights must not be negative.*normalise"):
+            scheme(bad, np.random.default_rng(0))
+
+
+@given(weights, st.floats(0, 1.5), st.sampled_from(sorted(SCHEMES)), seeds)
+def test_resampling_happens_where_too_few_particles_count(w, share, name, seed):
+    n = len(w)
+    scheme, rng = SCHEMES[name], np.random.default_rng(seed)
+    ancestors, after = resample_if_degenerate(w, share, scheme, rng)
+    if effective_sample_size(w) < share * n:
+        drawn = scheme(w, np.random.default_rng(seed))
+        assert ancestors.tolist() == drawn.tolist()
+        assert (after == 1 / n).all()
+    else:
+        assert ancestors.tolist() == list(range(n)) and (after == w).all()
+        assert rng.random() == np.random.default_rng(seed).random()  # nothing was drawn
+
+
+def test_limits_of_resampling():
+    w, rng = np.array([0.7, 0.1, 0.1, 0.1]), np.random.default_rng(0)
+    equal = np.full(4, 0.25)
+    for share, expected in ((0.0, w), (0.4, w), (0.5, equal), (1.0, equal)):
+        _, after = resample_if_degenerate(w, share, SCHEMES["systematic"], rng)
+        assert after.tolist() == expected.tolist()  # N_eff is 1.92 of 4
 
 
 @given(weights)
@@ -53,16 +143,50 @@ def test_the_mean_angle_is_circular():
     assert np.allclose(mean_region(regions, np.array([0.5, 0.5])), [0, 0, np.pi, 1, 2])
 
 
+@given(particles, seeds)
+def test_covariance_is_that_of_numpy(regions, seed):
+    w = np.random.default_rng(seed).dirichlet(np.ones(len(regions)))
+    assume(w.max() < 1 - 1e-6)
+    ours = covariance(regions, w, w @ regions)
+    theirs = np.cov(regions.T, aweights=w, ddof=0)
+    assert np.allclose(ours, theirs, atol=1e-12)
+    assert np.linalg.eigvalsh(ours).min() > -1e-12
+
+
+@given(particles, seeds)
+def test_whole_turns_do_not_count_in_the_covariance(regions, seed):
+    rng = np.random.default_rng(seed)
+    w = rng.dirichlet(np.ones(len(regions)))
+    turned = regions.copy()
+    turned[:, 2] += 2 * np.pi * rng.integers(-3, 4, len(regions))
+    before = covariance(regions, w, w @ regions)
+    assert np.allclose(covariance(turned, w, w @ regions), before, atol=1e-9)
+
+
 def test_motion_scales_with_the_target():
     small, large = np.array([50, 50, 0, 10, 5.0]), np.array([50, 50, 0, 40, 20.0])
-    a, b = (Motion().scatter(r, 2000, np.random.default_rng(1)) for r in (small, large))
+    a, b = (
+        Motion().scatter(region, 2000, np.random.default_rng(1))
+        for region in (small, large)
+    )
     assert np.allclose(4 * (a.regions[:, :2] - 50), b.regions[:, :2] - 50)
     assert np.allclose(a.regions[:, 2], b.regions[:, 2])
 
 
-def test_constant_velocity_moves_and_a_random_walk_does_not():
-    particles = Particles(np.tile([0.0, 0, 0, 10, 10], (4000, 1)), np.tile([5.0, 0], (4000, 1)))
-    moving = Motion(damping=1.0).predict(particles, np.random.default_rng(0))
-    walking = Motion(damping=0.0, velocity=0.0).predict(particles, np.random.default_rng(0))
-    assert moving.regions[:, 0].mean() == pytest.approx(5, abs=0.1)
-    assert walking.regions[:, 0].mean() == pytest.approx(0, abs=0.1)
+@pytest.mark.parametrize(
+    "motion, mean",
+    [(Motion(damping=1.0), 5), (Motion(damping=0.0, velocity=0.0), 0)],
+    ids=["constant velocity", "a random walk"],
+)
+def test_constant_velocity_moves_and_a_random_walk_does_not(motion, mean):
+    regions = np.tile([0.0, 0, 0, 10, 10], (4000, 1))
+    swarm = Particles(regions, np.tile([5.0, 0], (4000, 1)))
+    moved = motion.predict(swarm, np.random.default_rng(0))
+    assert moved.regions[:, 0].mean() == pytest.approx(mean, abs=0.1)
+
+
+def test_particles_are_taken_with_their_velocities():
+    swarm = Particles(np.arange(15.0).reshape(3, 5), np.arange(6.0).reshape(3, 2))
+    taken = swarm.take(np.array([2, 2, 0]))
+    assert taken.regions[:, 0].tolist() == [10, 10, 0]
+    assert taken.velocities[:, 0].tolist() == [4, 4, 0]

@@ -16,7 +16,8 @@ def test_unwarp_undoes_warp(region, p):
 def test_area_is_that_of_the_polygon(region):
     x, y = corners(region).T
     shoelace = 0.5 * np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
-    assert np.isclose(shoelace, area(region))  # positive: clockwise on a screen whose y points down
+    # Positive: clockwise on a screen whose y points down.
+    assert np.isclose(shoelace, area(region))
 
 
 def test_theta_turns_x_towards_y():
@@ -24,7 +25,8 @@ def test_theta_turns_x_towards_y():
 
 
 def test_boxes_and_pixel_centres():
-    assert np.allclose(from_box([0, 0, 1, 1]), [0, 0, 0, 0.5, 0.5])  # one pixel, whose centre is the origin
+    # One pixel, whose centre is the origin.
+    assert np.allclose(from_box([0, 0, 1, 1]), [0, 0, 0, 0.5, 0.5])
     assert np.allclose(to_box(from_box([10, 20, 30, 40])), [10, 20, 30, 40])
     assert np.allclose(to_box(from_box([10, 20, 30, 40], np.pi / 2)), [5, 25, 40, 30])
 
@@ -36,4 +38,5 @@ def test_many_at_once():
 
 
 def test_angles_wrap_to_half_open_interval():
-    assert np.allclose(wrap_angle([0, np.pi, -np.pi, 3 * np.pi / 2, 7]), [0, -np.pi, -np.pi, -np.pi / 2, 7 - 2 * np.pi])
+    wrapped = wrap_angle([0, np.pi, -np.pi, 3 * np.pi / 2, 7])
+    assert np.allclose(wrapped, [0, -np.pi, -np.pi, -np.pi / 2, 7 - 2 * np.pi])

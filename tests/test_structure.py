@@ -1,71 +1,66 @@
-"""Who may import whom: no arrow points back, and each heavy package has few doors."""
+"""Who may import whom: a wing imports only wings on the floors below its own.
+
+Each heavy package has few doors.
+"""
 
 import ast
+import sys
 from pathlib import Path
 
 import pytest
 
 PACKAGE = Path(__file__).parent.parent / "mkt"
 
-# Each module may import those named here and nothing else of the package.
-CORE = {"regions", "kernels", "histograms", "particles", "tracking"}
-MATERIAL = CORE | {"files", "trackers", "textures", "scenes", "scenarios", "stories", "twins", "archives", "video", "datasets", "evaluation", "plotting", "servo", "kalman", "robot", "loop"}
-ALLOWED = {
-    "__init__": set(),
-    "__main__": {"cli"},
-    "files": set(),
-    "regions": set(),
-    "kernels": {"regions"},
-    "histograms": {"regions", "kernels"},
-    "tracking": {"regions"},
-    "particles": {"regions"},
-    "trackers": CORE | {"trackers"},
-    "video": set(),
-    "datasets": {"regions", "tracking", "video"},
-    "textures": {"datasets", "video"},
-    "scenes": {"regions", "tracking", "textures"},
-    "scenarios": {"scenes"},
-    "stories": {"datasets", "scenes", "tracking"},
-    "twins": {"scenes"},
-    "archives": {"datasets", "evaluation", "video"},
-    "sweeps": CORE | {"archives", "evaluation", "files", "scenarios", "scenes", "twins"},
-    "evaluation": {"regions", "tracking"},
-    "servo": {"regions"},
-    "kalman": {"servo"},
-    "robot": {"regions", "servo", "textures"},
-    "loop": {"regions", "tracking", "servo", "kalman", "robot"},
-    "plotting": {"regions", "kernels", "histograms", "tracking"},
-    "recording": {"files", "regions", "tracking", "plotting", "video"},
-    "settings": {"files", "regions", "trackers", "datasets", "video"},
-    "webcam": {"recording", "video"},
-    "workbench": MATERIAL | {"recording", "animation", "settings", "webcam", "workbench"},
-    "animation": {"recording"},
-    "figures": MATERIAL | {"figures"},
-    "export": MATERIAL,
-    "page": MATERIAL | {"figures"},
-    "widgets": MATERIAL | {"figures", "page"},
-    "bench": MATERIAL | {"figures"},
-    "claims": MATERIAL | {"figures", "sweeps", "claims"},
-    "leaderboard": MATERIAL | {"archives", "sweeps", "claims"},
-    "book": MATERIAL | {"figures", "export", "page", "widgets", "book", "claims", "leaderboard"},
-    "doctor": {"__main__", "archives", "recording", "video"},
-    "labs": {"book", "files", "labs"},
-    "cli": MATERIAL | {"labs", "doctor", "archives", "leaderboard", "figures", "export", "widgets", "book", "bench", "recording", "settings", "claims", "sweeps"},
-}
+# From the ground up.  The method is the modules beside `mkt/__init__.py`; wings on one
+# floor do not know one another.
+FLOORS = (
+    {"method"},
+    {"trackers", "scenes", "sequences"},
+    {"servoing"},
+    {"experiments"},
+    {"figures"},
+    {"papers", "own_video"},
+    {"course"},
+)
+# Within the method, file by file: what is written above may not import what is below.
+METHOD = (
+    "types",
+    "files",
+    "registry",
+    "regions",
+    "checks",
+    "colors",
+    "kernels",
+    "histograms",
+    "particles",
+    "tracking",
+    "evaluation",
+    "plotting",
+)
+ENTRANCES = {"__init__", "__main__"}  # the names for outside, and the command
 DOORS = {
-    "matplotlib": {"plotting", "figures", "export", "widgets", "bench", "cli"},
-    "ipywidgets": {"widgets", "workbench"},
-    "anywidget": {"workbench"},
-    "sphinx": {"book"},
-    "nbclient": {"book", "labs"},
-    "control": {"kalman"},
+    "matplotlib": {"plotting", "figures", "papers", "own_video", "course"},
+    "ipywidgets": {"figures", "own_video"},
+    "anywidget": {"own_video"},
+    "sphinx": {"course"},
+    "nbclient": {"course"},
+    "control": {"servoing"},
 }
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 
-def room(path):
-    """The module or sub-package of a file, as ALLOWED names it."""
-    return path.relative_to(PACKAGE).with_suffix("").parts[0]
+def parts(path):
+    """A file as the parts of its dotted name below ``mkt``."""
+    return path.relative_to(PACKAGE).with_suffix("").parts
+
+
+def wing(parts):
+    """The wing of a dotted name: a folder, or the method for what lies beside those."""
+    return parts[0] if (PACKAGE / parts[0]).is_dir() else "method"
+
+
+def floor(wing):
+    return next(k for k, wings in enumerate(FLOORS) if wing in wings)
 
 
 def imports(path):
@@ -80,19 +75,54 @@ def imports(path):
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
 def test_imports_point_one_way(path):
-    assert room(path) in ALLOWED, f"{path.name} is not on the plan: say in tests/test_structure.py what it may import"
+    here = parts(path)
+    if here[0] in ENTRANCES:
+        return
     for name in imports(path):
-        package, _, rest = name.partition(".")
-        if package == "mkt" and rest.split(".")[0] in ALLOWED:
-            assert rest.split(".")[0] in ALLOWED[room(path)], f"{path.name} must not import {name}"
+        package, *there = name.split(".")
+        if package == "mkt" and there and there[0] != "__version__":
+            assert allowed(here, there), f"{'/'.join(here)}.py must not import {name}"
         elif package in DOORS:
-            assert room(path) in DOORS[package], f"{package} has no door in {path.name}"
+            assert here[0] in DOORS[package], (
+                f"{package} has no door in {'/'.join(here)}.py"
+            )
+
+
+def allowed(here, there):
+    """Whether a module may import another, both as the parts of their dotted names."""
+    mine, theirs = wing(here), wing(there)
+    if mine == theirs == "method":
+        return METHOD.index(there[0]) < METHOD.index(here[0])
+    return mine == theirs or floor(theirs) < floor(mine)
+
+
+def test_every_wing_has_its_floor():
+    assert {
+        wing(parts(path)) for path in FILES if parts(path)[0] not in ENTRANCES
+    } == set.union(*FLOORS)
+    assert {parts(path)[0] for path in PACKAGE.glob("*.py")} == {*METHOD, *ENTRANCES}
+
+
+LIGHT = ("__init__", "__main__", "files", "course/__init__", "course/environment")
 
 
 def test_the_map_is_light():
-    """``import mkt`` works before anything is installed."""
-    for name in ("__init__", "__main__", "cli"):
-        top = ast.parse((PACKAGE / f"{name}.py").read_text()).body
-        packages = [alias.name for node in top if isinstance(node, ast.Import) for alias in node.names]
-        packages += [node.module for node in top if isinstance(node, ast.ImportFrom)]
-        assert all(p.split(".")[0] in __import__("sys").stdlib_module_names for p in packages), f"{name}: {packages}"
+    """``import mkt`` and ``python3 -m mkt --help`` need nothing that is installed."""
+    commands = [path.relative_to(PACKAGE) for path in PACKAGE.glob("course/commands/*")]
+    files = {*LIGHT, "course/cli", *(str(path.with_suffix("")) for path in commands)}
+    known = {
+        f"mkt.{name.removesuffix('/__init__').replace('/', '.')}" for name in files
+    }
+    for name in files - {"course/commands/__pycache__"}:
+        for module in _imported_on_top(PACKAGE / f"{name}.py"):
+            standard = module.split(".")[0] in sys.stdlib_module_names
+            assert standard or module in known, f"{name} imports {module}"
+
+
+def _imported_on_top(path):
+    """The modules that a file imports before anything in it is called."""
+    for node in ast.parse(path.read_text()).body:
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module

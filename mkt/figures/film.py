@@ -1,42 +1,75 @@
-"""A run of the servo loop as a film: the camera's view, and the errors growing beside it.  `mkt.animation.play` shows it."""
+"""Films in notebooks and in the book: `play` puts one inside the page.
 
-import numpy as np
+So neither a network nor a kernel is needed.  They are WebM with VP8, which browsers
+play and OpenCV can write by itself, at about one bit for each pixel of each picture.
+"""
 
-from mkt.figures.teuliere2009_servoing import draw_view
-from mkt.plotting import CONTRAST, DESIRED, canvas
+import base64
+import html
+from collections.abc import Iterable
+from itertools import chain
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
-COLORS = {"$x_n$": CONTRAST[1], "$y_n$": CONTRAST[0]}
+import cv2
+from IPython.display import HTML
+
+from mkt.sequences.writing import video_writer
+from mkt.types import Frame
+
+QUALITY = 85  # of the picture that stands there until the film is started
 
 
-def film(experiment, run, size=(7.6, 3.0), dpi=80):
-    """The pictures (H, W, 3) uint8 of a run, one after the other; size [inch], dpi dots an inch.
+def play(frames: Iterable[Frame], fps: float, alt: str) -> HTML:
+    """Show pictures as a film with the browser's own controls.
 
-    Drawn anew is only what moves, the rest is restored from a background.
+    It waits to be started, and until then shows its last picture.
+
+    Parameters
+    ----------
+    frames : iterable of (H, W, 3) uint8 RGB arrays
+        Of one size, at least one.
+    fps : float
+        How many a second.
+    alt : str
+        What is to be seen, in words.
+
+    Raises
+    ------
+    ValueError
+        Where a picture has another size than the first.
     """
-    fig = canvas(size, dpi)
-    left, right = fig.add_axes((0.015, 0.02, 0.458, 0.87)), fig.add_axes((0.59, 0.15, 0.395, 0.74))  # the view fills its axes
-    lines = _curves(right, experiment, run)
-    left.set_axis_off()
-    fig.canvas.draw()
-    background = fig.canvas.copy_from_bbox(fig.bbox)
-    for k in range(len(run.times)):
-        fig.canvas.restore_region(background)
-        draw_view(left, experiment, run, k, f"frame {k}{', target lost' if run.lost[k] else ''}")
-        left.draw_artist(left.title)
-        for artist in [*left.images, *left.lines]:
-            left.draw_artist(artist)
-            artist.remove()
-        for line, errors in zip(lines, run.errors.T):
-            line.set_data(np.arange(k + 1), errors[:k + 1])
-            right.draw_artist(line)
-        yield np.asarray(fig.canvas.buffer_rgba())[..., :3].copy()
+    film, last = webm(frames, fps)
+    options = (cv2.IMWRITE_WEBP_QUALITY, QUALITY)
+    poster = cv2.imencode(".webp", cv2.cvtColor(last, cv2.COLOR_RGB2BGR), options)[1]
+    text = html.escape(alt, quote=True)
+    return HTML(
+        f'<video controls muted playsinline width="{last.shape[1]}" '
+        f'style="max-width: 100%; height: auto" aria-label="{text}" '
+        f'poster="{_uri("image/webp", poster.tobytes())}" '
+        f'src="{_uri("video/webm", film)}">{text}</video>'
+    )
 
 
-def _curves(ax, experiment, run):
-    """The axes of the errors, with a line for x_n and one for y_n that are empty yet."""
-    largest = 1.1 * np.abs(run.errors[:, :2]).max()
-    ax.axhline(0, color=DESIRED, lw=1)
-    ax.set(xlim=(0, len(run.times) - 1), ylim=(-largest, largest), xlabel=f"frame, {1 / experiment.servo.dt:g} a second", ylabel="error")
-    lines = [ax.plot([], [], color=color, lw=2, label=name)[0] for name, color in COLORS.items()]
-    ax.legend(loc="lower left", ncols=2, bbox_to_anchor=(0, 1), borderaxespad=0.1)
-    return lines
+def webm(frames: Iterable[Frame], fps: float) -> tuple[bytes, Frame]:
+    """Pictures as the bytes of a film, and the last of them.
+
+    The arguments and errors are those of `play`.
+    """
+    frames = iter(frames)
+    first = picture = next(frames)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "film.webm"
+        with video_writer(path, first.shape[1::-1], fps) as writer:
+            for picture in chain([first], frames):
+                if picture.shape != first.shape:
+                    raise ValueError(
+                        f"a picture is {picture.shape}, the first was {first.shape}; "
+                        "all pictures of a film need one size"
+                    )
+                writer.write(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+        return path.read_bytes(), picture
+
+
+def _uri(kind: str, data: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(data).decode()}"

@@ -1,1 +1,4 @@
-"""One tracker a file, each a frozen dataclass with ``init`` and ``step`` (`mkt.tracking.Tracker`)."""
+"""One tracker a file: frozen dataclasses with ``init`` and ``step``.
+
+The protocol is `mkt.tracking.Tracker`; `mkt.trackers.by_name` has them by name.
+"""

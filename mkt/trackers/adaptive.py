@@ -1,54 +1,106 @@
-"""The adaptive colour particle filter of [N03]: ellipses as samples, a model that learns, and a way to wait for the target.
+"""The adaptive colour particle filter of [N03].
 
-A frame while *tracking* is Figure 1 of the paper: `select`, `propagate`, `observe`, `estimate`; then the model is `updated`.  When for a
-couple of frames too few samples appear to be the target (`mkt.trackers.appearance`), the mode is *initialising*: every frame places
-samples anew where the target may come, until enough of them appear.
+Ellipses as particles, a model that learns, and a way to wait for the target.
+
+A frame while *tracking* is Figure 1 of the paper: `select`, `propagate`, `observe`,
+`estimate`; then the model is `updated`.  When for a couple of frames too few particles
+appear to be the target (`mkt.trackers.appearance`), the mode is *initialising*: every
+frame places particles anew where the target may come, until enough of them appear.
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from mkt.histograms import ColorBins, coefficient
-from mkt.particles import EllipseMotion, effective_sample_size, multinomial, normalised
-from mkt.regions import checked
-from mkt.tracking import check_counts, finite
-from mkt.trackers.appearance import background, place, threshold
+from mkt import checks
+from mkt.checks import checked_region
+from mkt.colors import BinImage, Bins, ColorBins
+from mkt.histograms import coefficient
+from mkt.particles import (
+    EllipseMotion,
+    covariance,
+    effective_sample_size,
+    multinomial,
+    normalised,
+)
+from mkt.trackers.appearance import Zone, background, place, threshold
 from mkt.trackers.ellipses import Disc
+from mkt.tracking import Info, report
+from mkt.types import Array, Frame, NDArray, Region, Regions, Rng
 
 TRACKING, INITIALISING = "tracking", "initialising"
-SPREAD = 0.1  # of the size of placed samples, about the model's own
+SPREAD = 0.1  # of the size of placed particles, about the model's own
 
 
-def equivalent_rho(pi_t, sigma):
-    """The coefficient that the printed condition pi > pi_T asks for, under each reading of (10) and (11).  Returns a dict, NaN for never.
+def equivalent_rho(pi_t: float, sigma: float) -> dict[str, float]:
+    """The coefficient that the printed condition pi > pi_T asks for.
 
-    "density": pi with 1 / (sqrt(2 pi) sigma) before the exponential; "printed": with 1 / sqrt(2 pi sigma); "relative": with 1;
-    "coefficient": pi_T is compared with rho itself.  Section 5 of [N03] prints pi_T = .9 and no sigma.
+    Section 5 of [N03] prints pi_T = .9 and no sigma, so there are several readings of
+    (10) and (11).
+
+    Returns
+    -------
+    dict of float, NaN for never
+        density : pi with 1 / (sqrt(2 pi) sigma) before the exponential.
+        printed : with 1 / sqrt(2 pi sigma).
+        relative : with 1.
+        coefficient : pi_T is compared with rho itself.
     """
-    factors = {"density": 1 / (np.sqrt(2 * np.pi) * sigma), "printed": 1 / np.sqrt(2 * np.pi * sigma), "relative": 1.0}
-    rho = {name: 1 - 2 * sigma**2 * np.log(factor / pi_t) for name, factor in factors.items()}
-    return {name: float(value) if value <= 1 else np.nan for name, value in rho.items()} | {"coefficient": pi_t}
+    factors = {
+        "density": 1 / (np.sqrt(2 * np.pi) * sigma),
+        "printed": 1 / np.sqrt(2 * np.pi * sigma),
+        "relative": 1.0,
+    }
+    result = {"coefficient": pi_t}
+    for name, factor in factors.items():
+        rho = 1 - 2 * sigma**2 * np.log(factor / pi_t)
+        result[name] = float(rho) if rho <= 1 else np.nan
+    return result
 
 
 class Model(NamedTuple):
-    """What is looked for: the histogram q (m,) and the half axes (2,) [px] that it was learnt with."""
+    """What is looked for.
 
-    q: np.ndarray
-    half_axes: np.ndarray
+    Attributes
+    ----------
+    q : (m,) array
+        The histogram.
+    half_axes : (2,) array [px]
+        Those that it was learnt with.
+    """
+
+    q: NDArray
+    half_axes: Array
 
 
 class AdaptiveState(NamedTuple):
-    """The model; samples (N, 7) with weights (N,) of sum 1; the `mkt.trackers.appearance.background` (I, m), and the coefficient with the model
-    above which a sample appears; the last estimate (5,); the mode; for how many frames on end too few samples appeared."""
+    """What is carried from frame to frame.
+
+    Attributes
+    ----------
+    model : Model
+    particles : (N, 7) array
+        (x, y, vx, vy, Hx, Hy, va), see `mkt.particles.EllipseMotion`.
+    weights : (N,) array
+        Of sum 1.
+    background : (I, m) array
+        See `mkt.trackers.appearance.background`.
+    limit : float
+        The coefficient with the model above which a particle appears.
+    region : (5,) array [px, rad]
+        The last estimate.
+    mode : str
+    missing : int
+        For how many frames on end too few particles appeared.
+    """
 
     model: Model
-    samples: np.ndarray
-    weights: np.ndarray
-    background: np.ndarray
+    particles: Array
+    weights: Array
+    background: NDArray
     limit: float
-    region: np.ndarray
+    region: Region
     mode: str
     missing: int
 
@@ -57,124 +109,227 @@ class AdaptiveState(NamedTuple):
 class Adaptive:
     """The tracker of [N03].
 
-    n: number of samples; bins: `ColorBins` or `mkt.trackers.ellipses.JointHSV`; disc: the radius in the kernel and how finely it is sampled.
-    sigma: of (10), a standard deviation of d; motion: the prediction.
-    alpha: share of a frame in the model, 0 for a model that stays; rho_min: the update is done where the coefficient of the mean state
-    exceeds it, see `equivalent_rho`.
-    b: kick-off fraction; patience: "a couple of frames"; zones: where samples wait, see `mkt.trackers.appearance.place`.
+    Parameters
+    ----------
+    n : int
+        Number of particles, the paper's samples.
+    bins : Bins
+    disc : Disc
+        The radius in the kernel, and how finely it is sampled.
+    sigma : float
+        Of (10), a standard deviation of d.
+    motion : EllipseMotion
+        The prediction.
+    alpha : float
+        Share of a frame in the model, 0 for a model that stays.
+    rho_min : float
+        The model is updated where the coefficient of the mean state exceeds it, see
+        `equivalent_rho`.
+    b : float
+        Kick-off fraction.
+    patience : int
+        "A couple of frames".
+    zones : tuple
+        Where particles wait, see `mkt.trackers.appearance.place`.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
     """
 
     n: int = 100  # printed, Section 7
-    bins: Any = ColorBins("rgb")  # printed, Section 3: 8x8x8
+    bins: Bins = ColorBins("rgb")  # printed, Section 3: 8x8x8
     disc: Disc = Disc()
     sigma: float = 0.1  # ours: the paper prints none
     motion: EllipseMotion = EllipseMotion()
     alpha: float = 0.1  # ours: the paper prints none
-    rho_min: float = 0.8  # ours: the printed .9 is out of reach of 512 bins, whose noise alone costs .1
+    # Ours: .9 as printed is out of reach of 512 bins, whose noise alone costs .1.
+    rho_min: float = 0.8
     b: float = 0.1  # printed, Section 6
     patience: int = 5  # ours: "a couple of frames"
-    zones: tuple = ("borders", "anywhere")
+    zones: tuple[Zone, ...] = ("borders", "anywhere")
 
     def __post_init__(self):
-        check_counts(self, "n")
+        checks.counts(self, "n")
         if not self.sigma > 0:
             raise ValueError(f"sigma is {self.sigma}; it must be positive")
 
-    def learn(self, frame, region):
-        """The `Model` of what is inside the upright ellipse of a region (5,).  Raises ValueError where that lies outside the image."""
+    def learn(self, frame: Frame, region: Region) -> Model:
+        """The model of what is inside the upright ellipse of a region (5,).
+
+        Raises
+        ------
+        ValueError
+            Where that lies outside the image.
+        """
         region = upright(region)
-        q = self.disc.histograms(self.bins(frame), self.bins.m, region[None])[0]
+        q = self.disc.histograms(self.bins(frame), region[None])[0]
         if not q.any():
-            raise ValueError(f"the region {np.round(region, 1)} lies outside the image; choose a box inside it")
+            raise ValueError(
+                f"the region {np.round(region, 1)} lies outside the image; "
+                "choose a box inside it"
+            )
         return Model(q, region[3:])
 
-    def init(self, frame, region, rng):
-        """Start by hand, or where a detector says: learn the model and scatter samples round it.  Returns `AdaptiveState`."""
+    def init(self, frame: Frame, region: Region, rng: Rng) -> AdaptiveState:
+        """Start by hand or where a detector says: learn the model, spread particles."""
         model, region = self.learn(frame, region), upright(region)
-        around = background(self.disc, self.bins(frame), self.bins.m, model.half_axes, without=region)
-        samples = self.motion.predict(np.tile([*region[:2], 0, 0, *region[3:], 0], (self.n, 1)), model.half_axes, rng)
-        return AdaptiveState(model, samples, np.full(self.n, 1 / self.n), around, threshold(around, model.q), region, TRACKING, 0)
+        image, half_axes = self.bins(frame), model.half_axes
+        around = background(self.disc, image, half_axes, without=region)
+        here = [*region[:2], 0, 0, *region[3:], 0]
+        particles = self.motion.predict(np.tile(here, (self.n, 1)), half_axes, rng)
+        return self._begun(model, particles, around, region, TRACKING)
 
-    def expect(self, frame, model, rng):
-        """Start from a known `Model`, before the target is there: a frame of the background.  Returns `AdaptiveState`, initialising."""
-        around = background(self.disc, self.bins(frame), self.bins.m, model.half_axes)
-        samples = self.place(model, frame.shape, rng)
-        region = as_regions(samples).mean(0)
-        return AdaptiveState(model, samples, np.full(self.n, 1 / self.n), around, threshold(around, model.q), region, INITIALISING, 0)
+    def expect(self, frame: Frame, model: Model, rng: Rng) -> AdaptiveState:
+        """Wait for a known model, before the target is there.
 
-    def step(self, state, frame, rng):
-        """One frame in the mode of the state.  Returns the next state and the info, "lost" while initialising."""
-        image, found = self.bins(frame), state.mode == TRACKING
-        samples = self.propagate(self.select(state, rng), state.model, rng) if found else self.place(state.model, frame.shape, rng)
-        rho = self.observe(image, samples, state.model)
-        state, positives = self.switched(state, rho)
-        weights = self.weigh(rho if found else np.where(rho > state.limit, rho, -np.inf))
-        region, model, limit, seen = state.region, state.model, state.limit, np.nan
+        Parameters
+        ----------
+        frame : (H, W, 3) uint8 array
+            Of the background.
+        model : Model
+        rng : numpy.random.Generator
+        """
+        around = background(self.disc, self.bins(frame), model.half_axes)
+        particles = self.place(model, frame.shape, rng)
+        region = as_regions(particles).mean(0)
+        return self._begun(model, particles, around, region, INITIALISING)
+
+    def _begun(
+        self, model: Model, particles: Array, around: NDArray, region: Region, mode: str
+    ) -> AdaptiveState:
+        weights, limit = np.full(self.n, 1 / self.n), threshold(around, model.q)
+        return AdaptiveState(model, particles, weights, around, limit, region, mode, 0)
+
+    def step(
+        self, state: AdaptiveState, frame: Frame, rng: Rng
+    ) -> tuple[AdaptiveState, Info]:
+        """One frame in the mode of the state; "lost" while initialising."""
+        image = self.bins(frame)
         if state.mode == TRACKING:
-            region = self.estimate(samples, weights)
-            model, seen = self.updated(state.model, image, region)
-        if model is not state.model:
-            limit = threshold(state.background, model.q)
-        info = {"region": finite(region), "score": 0.0 if np.isnan(seen) else float(np.exp((seen - 1) / (2 * self.sigma**2))), "lost": state.mode != TRACKING,
-                "rho": seen, "positives": positives, "threshold": state.limit, "mode": state.mode, "updated": model is not state.model,
-                "n_eff": effective_sample_size(weights), "evaluations": self.n + 1, "particles": as_regions(samples), "weights": weights}
-        return state._replace(model=model, samples=samples, weights=weights, limit=limit, region=region), info
+            chosen = self.select(state, rng)
+            particles = self.propagate(chosen, state.model, rng)
+            rho = self.observe(image, particles, state.model)
+            weights = self.weigh(rho)
+        else:
+            particles = self.place(state.model, frame.shape, rng)
+            rho = self.observe(image, particles, state.model)
+            weights = self.weigh(np.where(rho > state.limit, rho, -np.inf))
+        positives = int(np.sum(rho > state.limit))
+        limit = state.limit
+        state = self.switched(state, positives)
+        state = state._replace(particles=particles, weights=weights)
+        state, seen, learnt = self._estimated(state, image)
+        info = self._report(state, seen)
+        return state, info | {
+            "positives": positives,
+            "threshold": limit,
+            "updated": learnt,
+        }
 
-    def select(self, state, rng):
-        """Step 1 of Figure 1: N samples with replacement, by binary search in the cumulative weights.  Returns (N, 7)."""
-        return state.samples[multinomial(state.weights, rng)]
+    def _estimated(
+        self, state: AdaptiveState, image: BinImage
+    ) -> tuple[AdaptiveState, float, bool]:
+        """The state with its estimate and its model after a frame while tracking.
 
-    def propagate(self, samples, model, rng):
-        """Step 2: A s + w.  Returns (N, 7)."""
-        return self.motion.predict(samples, model.half_axes, rng)
+        Returns it, the coefficient of the mean state, NaN while initialising, and
+        whether the model learnt.
+        """
+        if state.mode != TRACKING:
+            return state, np.nan, False
+        region = self.estimate(state.particles, state.weights)
+        model, seen = self.updated(state.model, image, region)
+        learnt = model is not state.model
+        limit = threshold(state.background, model.q) if learnt else state.limit
+        return state._replace(model=model, region=region, limit=limit), seen, learnt
 
-    def observe(self, image, samples, model):
-        """Step 3 a and b: the coefficients of all samples with the model, (6).  Returns (N,)."""
-        return coefficient(self.disc.histograms(image, self.bins.m, as_regions(samples)), model.q)
+    def _report(self, state: AdaptiveState, seen: float) -> Info:
+        """The info of a step, in which the mean state has the coefficient `seen`."""
+        regions, weights = as_regions(state.particles), state.weights
+        nothing = np.isnan(seen)
+        d = 1.0 if nothing else np.sqrt(max(1 - seen, 0.0))
+        return report(
+            state.region,
+            d,
+            state.mode != TRACKING,
+            self.n + 1,
+            covariance=covariance(regions, weights, state.region),
+            n_eff=effective_sample_size(weights),
+            particles=regions,
+            weights=weights,
+            model=state.model.q,
+            rho=seen,
+            mode=state.mode,
+        )
 
-    def weigh(self, rho):
-        """Step 3 c: the weights of (10), of sum 1.  Returns (N,)."""
+    def select(self, state: AdaptiveState, rng: Rng) -> Array:
+        """Step 1 of Figure 1: (N, 7) particles with replacement, by binary search."""
+        return state.particles[multinomial(state.weights, rng)]
+
+    def propagate(self, particles: Array, model: Model, rng: Rng) -> Array:
+        """Step 2: A s + w, (N, 7)."""
+        return self.motion.predict(particles, model.half_axes, rng)
+
+    def observe(self, image: BinImage, particles: Array, model: Model) -> Array:
+        """Step 3 a and b: the coefficients (N,) of particles with the model, (6)."""
+        p = self.disc.histograms(image, as_regions(particles))
+        return coefficient(p, model.q)
+
+    def weigh(self, rho: Array) -> Array:
+        """Step 3 c: the weights of (10), of sum 1: (N,)."""
         return normalised((rho - 1) / (2 * self.sigma**2))
 
-    def estimate(self, samples, weights):
+    def estimate(self, particles: Array, weights: Array) -> Region:
         """Step 4: the mean state, (1), as a region (5,)."""
-        return as_regions(weights @ samples)
+        return as_regions(weights @ particles)
 
-    def updated(self, model, image, region):
-        """The model after (11) and (12), the same one where the condition fails, and the coefficient of the mean state."""
-        p = self.disc.histograms(image, self.bins.m, region[None])[0]
+    def updated(
+        self, model: Model, image: BinImage, region: Region
+    ) -> tuple[Model, float]:
+        """The model after (11) and (12), and the coefficient of the mean state.
+
+        It is the same one where the condition fails.
+        """
+        p = self.disc.histograms(image, region[None])[0]
         rho = float(coefficient(p, model.q))
         if self.alpha > 0 and rho > self.rho_min:
             model = model._replace(q=(1 - self.alpha) * model.q + self.alpha * p)
         return model, rho
 
-    def switched(self, state, rho):
-        """The state in its mode after the coefficients (N,) of a frame, and how many samples appear: those above the limit of (15)."""
-        positives = int(np.sum(rho > state.limit))
+    def switched(self, state: AdaptiveState, positives: int) -> AdaptiveState:
+        """The state in its mode after a frame in which so many particles appear."""
         if state.mode == INITIALISING:
-            return state._replace(mode=TRACKING if positives > self.b * self.n else INITIALISING, missing=0), positives
+            found = positives > self.b * self.n
+            return state._replace(mode=TRACKING if found else INITIALISING, missing=0)
         missing = state.missing + 1 if positives < self.b * self.n else 0
-        return state._replace(mode=TRACKING if missing < self.patience else INITIALISING, missing=missing), positives
+        mode = TRACKING if missing < self.patience else INITIALISING
+        return state._replace(mode=mode, missing=missing)
 
-    def place(self, model, shape, rng):
-        """Samples (N, 7) that stand still in the zones of an image of that shape, of about the model's size."""
+    def place(self, model: Model, shape: tuple[int, ...], rng: Rng) -> Array:
+        """Particles (N, 7) that stand still in the zones of an image of that shape."""
         centres = place(self.zones, shape, model.half_axes, self.n, rng)
-        sizes = model.half_axes * np.exp(SPREAD * rng.standard_normal((self.n, 1)))
-        return np.column_stack([centres, np.zeros((self.n, 2)), sizes, np.zeros(self.n)])
+        growth = np.exp(SPREAD * rng.standard_normal((self.n, 1)))
+        still = np.zeros((self.n, 2))
+        none = np.zeros(self.n)
+        return np.column_stack([centres, still, model.half_axes * growth, none])
 
 
-def as_regions(samples):
-    """The ellipses of samples (..., 7) as regions (..., 5)."""
-    regions = samples[..., [0, 1, 2, 4, 5]]
+def as_regions(particles: Array) -> Regions:
+    """The ellipses of particles (..., 7) as regions (..., 5)."""
+    regions = particles[..., [0, 1, 2, 4, 5]]
     regions[..., 2] = 0
     return regions
 
 
-def upright(region):
-    """The upright ellipse (5,) in the upright box round the ellipse of a region (5,); the same one where the region is upright.
+def upright(region: Region) -> Region:
+    """The upright ellipse in the upright box round the ellipse of a region (5,).
 
-    Raises ValueError for a region that is not finite or has no area.
+    Raises
+    ------
+    ValueError
+        For a region that is not finite or has no area.
     """
-    x, y, theta, hx, hy = checked(region)
+    x, y, theta, hx, hy = checked_region(region)
     c, s = np.cos(theta), np.sin(theta)
     return np.array([x, y, 0.0, np.hypot(hx * c, hy * s), np.hypot(hx * s, hy * c)])

@@ -1,8 +1,10 @@
-"""Both together: particle filter, then SSD behind an occlusion threshold, Section V of [T09].
+"""Particle filter, then SSD behind an occlusion threshold: Section V of [T09].
 
-The filter's estimate is close to the minimum, the optimiser makes it exact.  While the target is hidden there is no minimum to find,
-so beyond a threshold on the distance the filter's estimate is kept.  The paper prints the switch as "optimise where d_m >= threshold",
-which would optimise only when the target is hidden; its own prose and figures need the opposite.
+The filter's estimate is close to the minimum, the optimiser makes it exact.  While the
+target is hidden there is no minimum to find, so beyond a threshold on the distance the
+filter's estimate is kept.  Our copy of the paper reads "optimise where d_m >=
+threshold", which would optimise only when the target is hidden; its own prose and
+figures need the opposite.
 
 Explained in notebook 06.
 """
@@ -10,9 +12,11 @@ Explained in notebook 06.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from mkt.tracking import report
+from mkt.particles import covariance
 from mkt.trackers.particle_filter import FilterState, ParticleFilter
 from mkt.trackers.ssd import SSD, SSDState
+from mkt.tracking import Info, report
+from mkt.types import Frame, Region, Rng
 
 
 class CombinedState(NamedTuple):
@@ -26,8 +30,15 @@ class CombinedState(NamedTuple):
 class Combined:
     """The particle filter's estimate, refined by SSD where the target is seen.
 
-    filter, ssd: the two trackers; threshold: on the distance d_m at the filter's estimate, which depends on the grid of samples.
-    as_printed: the switch as the paper prints it.
+    Parameters
+    ----------
+    filter : ParticleFilter
+    ssd : SSD
+    threshold : float
+        On the distance d_m at the filter's estimate, which depends on the grid of
+        samples.
+    as_printed : bool
+        The switch as our copy of the paper reads: optimise beyond the threshold.
     """
 
     filter: ParticleFilter = ParticleFilter(n=75)  # printed, Section VI-A
@@ -35,15 +46,39 @@ class Combined:
     threshold: float = 0.6  # ours: "tuned empirically"
     as_printed: bool = False
 
-    def init(self, frame, region, rng):
-        """Both learn the same region.  Returns `CombinedState`."""
-        return CombinedState(self.filter.init(frame, region, rng), self.ssd.init(frame, region, rng))
+    def init(self, frame: Frame, region: Region, rng: Rng) -> CombinedState:
+        """Both learn the same region."""
+        filter_state = self.filter.init(frame, region, rng)
+        return CombinedState(filter_state, self.ssd.init(frame, region, rng))
 
-    def step(self, state, frame, rng):
-        """One step of the filter, then the switch; the correction is not fed back to the particles."""
-        filter_state, info = self.filter.step(state.filter, frame, rng)
+    def step(
+        self, state: CombinedState, frame: Frame, rng: Rng
+    ) -> tuple[CombinedState, Info]:
+        """One step of the filter, then the switch.
+
+        The correction is not fed back to the particles.
+        """
+        image = self.filter.bins(frame)
+        filter_state, info = self.filter.advance(state.filter, image, rng)
         state = state._replace(filter=filter_state)
-        if (info["distance"] <= self.threshold) == self.as_printed:
+        if not self.optimises(info["distance"]):
             return state, info | {"steps": 0}
-        region, distance, steps = self.ssd.refine(state.ssd, self.ssd.bins(frame), info["region"])
-        return state, info | report(region, distance, self.ssd.lost_above, steps=steps, evaluations=info["evaluations"] + steps)
+        if self.ssd.bins != self.filter.bins:
+            image = self.ssd.bins(frame)
+        region, d, steps = self.ssd.refine(state.ssd, image, info["region"])
+        spread = covariance(info["particles"], info["weights"], region)
+        optimised = report(
+            region,
+            d,
+            d > self.ssd.lost_above,
+            info["evaluations"] + steps,
+            covariance=spread,
+            steps=steps,
+        )
+        return state, info | optimised
+
+    def optimises(self, distance: float) -> bool:
+        """The switch: whether the target is seen well enough, at the distance d_m."""
+        if self.as_printed:
+            return distance > self.threshold
+        return distance <= self.threshold

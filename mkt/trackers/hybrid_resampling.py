@@ -1,13 +1,21 @@
-"""The particle filter with hybrid resampling, PFHR: Section 3 of [C14], made sound, with what is printed beside it.
+"""The particle filter with hybrid resampling, PFHR: Section 3 of [C14].
 
-Half of the particles walk at random, the other half go on as the target went (11), (17).  When nothing looks like the target any more, all are
-spread uniformly round the last estimate, wider every frame (18).  The reference is learnt anew little by little (10).
+It is made sound here, with what is printed beside it.
 
-Two parts of the printed algorithm cannot be meant as they stand, so they are parameters here.  Its acceptance test compares a likelihood of this
-frame with a normalised weight of the last; after a draw that accepts whatever has d < sqrt(ln N / lam).  And its sign of an occlusion, a low N_eff,
-is a sign of the contrary: where all looks equally bad, all weights are equal and N_eff is high.  Here the target is taken for hidden when the highest
-likelihood falls far below what it has been lately.  A fixed level also takes an object that slowly shows another side for a hidden one, and waits for it
-where it was last seen.  The price is that the wait ends: what is usual follows while nothing is seen, too.
+Half of the particles walk at random, the other half go on as the target went (11),
+(17). When nothing looks like the target any more, all are spread uniformly round the
+last estimate, wider in every frame (18).  The reference is learnt anew little by little
+(10).
+
+Two parts of Algorithm 2 cannot be meant as our copy reads, so they are parameters here.
+Its acceptance test compares a likelihood of this frame with a normalised weight of the
+last; after a draw that accepts whatever has d < sqrt(ln N / lam).  And its sign of an
+occlusion, a low N_eff, is a sign of the contrary: where all looks equally bad, all
+weights are equal and N_eff is high.  Here the target is taken for hidden when the
+highest likelihood falls far below what it has been lately.  A fixed level would also
+take an object that slowly shows another side for a hidden one, and wait for it where it
+was last seen.  The price is that the wait ends: while nothing is seen, what counts as
+usual falls too.
 """
 
 from dataclasses import dataclass
@@ -15,55 +23,113 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mkt.histograms import ColorBins, Target, coefficient, histograms, learn, log_likelihood
+from mkt import checks
+from mkt.checks import checked_region
+from mkt.colors import BinImage, Bins, ColorBins
+from mkt.histograms import Target, coefficient, histograms, learn, log_likelihood
 from mkt.kernels import Kernels
-from mkt.particles import Motion, Particles, effective_sample_size, mean_region, systematic
-from mkt.regions import HX, HY, checked, from_box, to_box
-from mkt.tracking import check_counts, report
+from mkt.particles import (
+    Motion,
+    Particles,
+    covariance,
+    effective_sample_size,
+    mean_region,
+    resample_if_degenerate,
+    systematic,
+)
+from mkt.regions import from_box, size, to_box
+from mkt.tracking import Info, report
+from mkt.types import Array, Frame, NDArray, Region, Regions, Rng
 
 ACCEPT = ("paper", "always", "fresh", "metropolis")
 OCCLUSION = ("likelihood", "n_eff", "never")
-NOTHING_LEARNT = np.array([1.0, 0.0, 0.0, 0.0])  # the shares of (10) while the reference stays as it is
+NOTHING_LEARNT = np.array([1.0, 0.0, 0.0, 0.0])  # shares of (10): it stays as it is
 
 
 class HybridState(NamedTuple):
-    """The reference as it is now and as it was at first (J, m); regions (N, 5) and weights (N,); the last estimate (5,), its mean velocity (2,)
-    [px a frame], for how many frames the target has been hidden, and how high the highest likelihood of a frame usually is."""
+    """What is carried from frame to frame.
+
+    Attributes
+    ----------
+    target : Target
+        The reference as it is now.
+    first : (J, m) array
+        The histograms of the first look.
+    regions, weights : (N, 5) and (N,) arrays
+    estimate : (5,) array [px, rad]
+        The last one.
+    velocity : (2,) array [px a frame]
+        Its mean.
+    hidden : int
+        For how many frames the target has been hidden.
+    usual : float
+        How high the highest likelihood of a frame usually is.
+    """
 
     target: Target
-    first: np.ndarray
-    regions: np.ndarray
-    weights: np.ndarray
-    estimate: np.ndarray
-    velocity: np.ndarray
+    first: NDArray
+    regions: Regions
+    weights: Array
+    estimate: Region
+    velocity: Array
     hidden: int
     usual: float
 
 
 @dataclass(frozen=True)
 class HybridResampling:
-    """PFHR.
+    """PFHR, Algorithms 1 and 2 of [C14].
 
-    n, lam: number of particles, and the likelihood exp(-lam d^2) (9).  inertial: share of the particles that go on with the mean velocity, (17).
-    motion: the noise r_k (its velocity and angle are not used).  smoothing: share of the last displacement in the mean velocity (12).
-    accept: Algorithm 2's test of each new particle.  "paper": keep it if its likelihood exceeds the old one's normalised weight; "fresh": if it
-            exceeds the likelihood of the old one's place in this frame; "metropolis": with the ratio of these two for a probability; "always":
-            no test, and weights multiply as in (4), which follows the synthetic twins best.
-    occlusion: "likelihood": hidden when no particle's likelihood reaches the share `level` of the usual highest one; "n_eff": when N_eff < n_lim n, as
-            printed; "never".
-    following: share of this frame in the usual highest likelihood, which is 1 at first.
-    spread, growth: half width of the uniform (18) in the first hidden frame, and what every further one adds, in sqrt(hx hy).
-    n_lim: N_lim over n: draw anew when N_eff is below.  damping: share of the mean velocity that outlives a hidden frame.
-    eta, gamma: shares in (10): alpha + beta = eta, split by the likelihoods of the estimate and of the heaviest particle; gamma of the first look.
-    w_min: mean likelihood of the particles near the estimate above which the reference is updated.
+    Parameters
+    ----------
+    n : int
+        Number of particles.
+    lam : float
+        Of the likelihood exp(-lam d^2), (9).
+    inertial : float
+        Share of the particles that go on with the mean velocity, (17).
+    motion : Motion
+        The noise r_k; its velocity and angle are not used.
+    smoothing : float
+        Share of the last displacement in the mean velocity, (12).
+    accept : str
+        Algorithm 2's test of each new particle.  "paper": keep it if its likelihood
+        exceeds the old one's normalised weight; "fresh": if it exceeds the likelihood
+        of the old one's place in this frame; "metropolis": with the ratio of these two
+        for a probability; "always": no test, and weights multiply as in (4).
+    occlusion : str
+        "likelihood": hidden when no particle's likelihood reaches the share `level` of
+        the usual highest one; "n_eff": when N_eff < n_lim n, as printed; "never".
+    level : float
+    following : float
+        Share of this frame in the usual highest likelihood, which is 1 at first.
+    spread, growth : float
+        Half width of the uniform (18) in the first hidden frame, and what every further
+        one adds, in sqrt(hx hy).
+    n_lim : float
+        N_lim over n: draw anew when N_eff is below.
+    damping : float
+        Share of the mean velocity that outlives a hidden frame.
+    eta, gamma : float
+        Shares in (10): alpha + beta = eta, split by the likelihoods of the estimate and
+        of the heaviest particle; gamma of the first look.
+    w_min : float
+        Mean likelihood of the particles above which the reference is updated.
+    bins : Bins
+    kernels : Kernels
 
-    Raises ValueError naming the field.  Algorithms 1 and 2 of [C14].
+    Raises
+    ------
+    ValueError
+        Naming the field.
     """
 
     n: int = 200  # printed, Section 4: up to 200
     lam: float = 20.0  # printed, under (9)
     inertial: float = 0.5  # printed, Section 4.2: half of the particles
-    motion: Motion = Motion(position=0.35, velocity=0.0, angle=0.0, scale=0.015, damping=0.0)  # ours
+    motion: Motion = Motion(
+        position=0.35, velocity=0.0, angle=0.0, scale=0.015, damping=0.0
+    )  # ours
     smoothing: float = 0.5
     accept: str = "always"
     occlusion: str = "likelihood"
@@ -76,104 +142,230 @@ class HybridResampling:
     eta: float = 0.05
     gamma: float = 0.1  # printed, under (10)
     w_min: float = 0.3
-    bins: ColorBins = ColorBins()  # ours: the 10 x 10 for H and S of Section 2.2, and 10 for what has no hue
-    kernels: Kernels = Kernels("ellipse", elliptic=True, samples=400)  # ours: the paper counts every pixel of the box alike
+    # Ours: the 10 x 10 for H and S of Section 2.2, and 10 for what has no hue.
+    bins: Bins = ColorBins()
+    # Ours: the paper counts every pixel of the box alike.
+    kernels: Kernels = Kernels("ellipse", elliptic=True, samples=400)
 
     def __post_init__(self):
-        check_counts(self, "n")
-        for field, value, known in (("accept", self.accept, ACCEPT), ("occlusion", self.occlusion, OCCLUSION)):
-            if value not in known:
-                raise ValueError(f"{field} is {value!r}; it must be one of {', '.join(known)}")
-        shares = {field: getattr(self, field) for field in ("inertial", "following", "eta", "gamma")} | {"eta + gamma": self.eta + self.gamma}
-        for field, value in shares.items():
-            if not 0 <= value <= 1:
-                raise ValueError(f"{field} is {value:g}; a share lies between 0 and 1")
+        checks.counts(self, "n")
+        checks.one_of(self, accept=ACCEPT, occlusion=OCCLUSION)
+        checks.shares(self, "inertial", "following", "eta", "gamma")
+        if self.eta + self.gamma > 1:
+            raise ValueError(
+                f"eta + gamma is {self.eta + self.gamma:g}; "
+                "a share lies between 0 and 1"
+            )
 
-    def init(self, frame, region, rng):
-        """Learn the reference in the upright box of the region, and scatter particles round it.  Returns `HybridState`."""
-        region = from_box(to_box(checked(region)))
-        target = learn(self.bins(frame), region, self.bins, self.kernels)
-        regions, weights = self.motion.scatter(region, self.n, rng).regions, np.full(self.n, 1 / self.n)
-        return HybridState(target, target.q, regions, weights, region, velocity=np.zeros(2), hidden=0, usual=1.0)
+    def init(self, frame: Frame, region: Region, rng: Rng) -> HybridState:
+        """Learn the reference in the region's upright box, and scatter particles."""
+        region = from_box(to_box(checked_region(region)))
+        target = learn(self.bins(frame), region, self.kernels)
+        regions = self.motion.scatter(region, self.n, rng).regions
+        still = np.zeros(2)
+        weights = self._equal_weights()
+        return HybridState(target, target.q, regions, weights, region, still, 0, 1.0)
 
-    def step(self, state, frame, rng):
-        """Predict, weigh, accept or keep; then wait for the target, or estimate, draw and learn."""
+    def step(
+        self, state: HybridState, frame: Frame, rng: Rng
+    ) -> tuple[HybridState, Info]:
+        """Predict, weigh, accept; then wait for the target, or estimate and learn."""
         image = self.bins(frame)
-        predicted = self.predict(state, frame.shape, rng)
+        predicted = self.predict(state, image.shape, rng)
         likelihoods = self.likelihoods(state.target, image, predicted)
-        # The wide search does not descend from the old particles, so there is nothing to keep in it.
-        regions, weights = (predicted, likelihoods) if state.hidden else self.accepted(state, image, predicted, likelihoods, rng)
+        regions, weights = self.accepted(state, image, predicted, likelihoods, rng)
         weights = weights / weights.sum()
-        n_eff, highest = effective_sample_size(weights), likelihoods.max()
-        hidden = {"likelihood": highest < self.level * state.usual, "n_eff": n_eff < self.n_lim * self.n, "never": False}[self.occlusion]
-        state = state._replace(usual=state.usual + self.following * (highest - state.usual))
+        hidden = self.is_hidden(state, weights, likelihoods)
+        looked = self._cost(state, hidden)
+        usual = state.usual + self.following * (likelihoods.max() - state.usual)
+        state = state._replace(usual=usual)
         if hidden:
-            state, seen = self._waited(state, image, predicted)
+            state, shares = self._waited(state, predicted), NOTHING_LEARNT
+            d = state.target.distances(image, state.estimate + self._onward(state))
         else:
-            state, seen = self._found(state, image, regions, weights, likelihoods, rng)
-        looked = 2 * self.n if self.accept in ("fresh", "metropolis") else self.n
-        return state, seen | {"lost": bool(hidden), "n_eff": n_eff, "evaluations": looked + 2, "particles": regions, "weights": weights}
+            state, d, shares = self._found(
+                state, image, regions, weights, likelihoods, rng
+            )
+        info = self._report(state, d, hidden, regions, weights)
+        return state, info | {"evaluations": looked, "shares": shares}
 
-    def predict(self, state, shape, rng):
-        """Where the particles may be now, (N, 5): a walk and inertia, mixed (17); spread uniformly (18) while the target is hidden."""
-        start = np.tile(state.estimate, (self.n, 1)) if state.hidden else state.regions
-        regions = self.motion.predict(Particles(start, np.zeros((self.n, 2))), rng).regions
+    def _cost(self, state: HybridState, hidden: bool) -> float:
+        """Regions looked at in a frame after this state.
+
+        They are the particles, their old places where the test asks for these, the
+        estimate, and the heaviest particle where something may be learnt.
+        """
+        anew = self.accept in ("fresh", "metropolis") and not state.hidden
+        return float(self.n * (1 + anew) + (1 if hidden else 2))
+
+    def _report(
+        self,
+        state: HybridState,
+        d: float | Array,
+        hidden: bool,
+        regions: Regions,
+        weights: Array,
+    ) -> Info:
+        """The info of a step; a hidden target is where inertia has carried it."""
+        region = state.estimate + self._onward(state) if hidden else state.estimate
+        return report(
+            region,
+            d,
+            hidden,
+            self.n,
+            covariance=covariance(regions, weights, region),
+            n_eff=effective_sample_size(weights),
+            particles=regions,
+            weights=weights,
+        )
+
+    def predict(self, state: HybridState, shape: tuple[int, int], rng: Rng) -> Regions:
+        """Where the particles may be now, (N, 5) in an image of a shape (H, W).
+
+        A walk and inertia, mixed, (17); spread uniformly, (18), while the target is
+        hidden.
+        """
+        start = state.regions
         if state.hidden:
-            width = (self.spread + self.growth * (state.hidden - 1)) * np.sqrt(state.estimate[HX] * state.estimate[HY])
-            regions[:, :2] = state.estimate[:2] + rng.uniform(-width, width, (self.n, 2))
-        onward = np.diff(np.floor(np.arange(self.n + 1) * self.inertial)) > 0  # spread over all: copies of one ancestor are neighbours
+            start = np.tile(state.estimate, (self.n, 1))
+        walk = self.motion.predict(Particles(start, np.zeros((self.n, 2))), rng)
+        regions = walk.regions
+        if state.hidden:
+            frames = state.hidden - 1
+            width = (self.spread + self.growth * frames) * size(state.estimate)
+            uniform = rng.uniform(-width, width, (self.n, 2))
+            regions[:, :2] = state.estimate[:2] + uniform
+        # Spread over all, because copies of one ancestor are neighbours.
+        onward = np.diff(np.floor(np.arange(self.n + 1) * self.inertial)) > 0
         regions[onward, :2] += self.drift(state)
         regions[:, :2] = regions[:, :2].clip(0, [shape[1] - 1, shape[0] - 1])
         return regions
 
-    def drift(self, state):
-        """How far inertia has carried the target since it was last seen, (2,) [px]: v tau, less what is damped."""
+    def drift(self, state: HybridState) -> Array:
+        """How far inertia has carried the target since it was last seen, (2,) [px]."""
         return state.velocity * np.sum(self.damping ** np.arange(state.hidden + 1))
 
-    def likelihoods(self, target, image, regions):
-        """exp(-lam d^2) of regions (N, 5), (9).  Returns (N,)."""
+    def likelihoods(self, target: Target, image: BinImage, regions: Regions) -> Array:
+        """exp(-lam d^2) of regions (N, 5), (9): (N,)."""
         return np.exp(log_likelihood(target.coefficients(image, regions), self.lam))
 
-    def accepted(self, state, image, predicted, likelihoods, rng):
-        """The acceptance test of Algorithm 2.  Returns the regions (N, 5) that live on and their weights (N,), not normalised."""
+    def accepted(
+        self,
+        state: HybridState,
+        image: BinImage,
+        predicted: Regions,
+        likelihoods: Array,
+        rng: Rng,
+    ) -> tuple[Regions, Array]:
+        """The acceptance test of Algorithm 2.
+
+        The wide search does not descend from the old particles, so there is nothing to
+        keep in it.
+
+        Returns
+        -------
+        regions : (N, 5) array [px, rad]
+            Those that live on.
+        weights : (N,) array
+            Not normalised.
+        """
+        if state.hidden:
+            return predicted, likelihoods
         if self.accept == "always":
             return predicted, state.weights * likelihoods
-        old = state.weights if self.accept == "paper" else self.likelihoods(state.target, image, state.regions)
+        old = state.weights
+        if self.accept != "paper":
+            old = self.likelihoods(state.target, image, state.regions)
         bar = old * rng.random(self.n) if self.accept == "metropolis" else old
         better = likelihoods > bar
-        return np.where(better[:, None], predicted, state.regions), np.where(better, likelihoods, old)
+        regions = np.where(better[:, None], predicted, state.regions)
+        return regions, np.where(better, likelihoods, old)
 
-    def _waited(self, state, image, predicted):
-        """A frame without the target: nothing is learnt, inertia carries the estimate on."""
-        region = state.estimate.copy()
-        region[:2] += self.drift(state)
-        equal = np.full(self.n, 1 / self.n)
-        seen = report(region, state.target.distances(image, region), 0, shares=NOTHING_LEARNT)
-        return state._replace(regions=predicted, weights=equal, hidden=state.hidden + 1), seen
+    def is_hidden(self, state: HybridState, weights: Array, likelihoods: Array) -> bool:
+        """Whether the target is taken for hidden, see `occlusion`."""
+        if self.occlusion == "likelihood":
+            return bool(likelihoods.max() < self.level * state.usual)
+        if self.occlusion == "n_eff":
+            return bool(effective_sample_size(weights) < self.n_lim * self.n)
+        return False
 
-    def _found(self, state, image, regions, weights, likelihoods, rng):
-        """A frame with the target: estimate, mean velocity, a draw if it is due, and the reference."""
+    def _waited(self, state: HybridState, predicted: Regions) -> HybridState:
+        """A frame without the target: nothing is learnt."""
+        return state._replace(
+            regions=predicted, weights=self._equal_weights(), hidden=state.hidden + 1
+        )
+
+    def _onward(self, state: HybridState) -> Region:
+        """What inertia adds to the last estimate, (5,), after a frame of waiting."""
+        before = state._replace(hidden=state.hidden - 1)
+        return np.concatenate([self.drift(before), np.zeros(3)])
+
+    def _found(
+        self,
+        state: HybridState,
+        image: BinImage,
+        regions: Regions,
+        weights: Array,
+        likelihoods: Array,
+        rng: Rng,
+    ) -> tuple[HybridState, float, Array]:
+        """A frame with the target: estimate, mean velocity, a draw, and the reference.
+
+        Returns the next state, the distance of the estimate, and the shares of (10).
+        """
         region = mean_region(regions, weights)
-        velocity = state.velocity + self.smoothing * ((region - state.estimate)[:2] / (state.hidden + 1) - state.velocity)
-        target, distance, shares = self._learnt(state, image, region, regions[np.argmax(weights)], weights @ likelihoods)
-        if effective_sample_size(weights) < self.n_lim * self.n:
-            regions, weights = regions[systematic(weights, rng)], np.full(self.n, 1 / self.n)
-        state = state._replace(target=target, regions=regions, weights=weights, estimate=region, velocity=velocity, hidden=0)
-        return state, report(region, distance, 1, shares=shares)
+        shift = (region - state.estimate)[:2] / (state.hidden + 1)
+        velocity = state.velocity + self.smoothing * (shift - state.velocity)
+        heaviest = regions[np.argmax(weights)]
+        level = float(weights @ likelihoods)
+        target, d, shares = self._learnt(state, image, region, heaviest, level)
+        ancestors, weights = resample_if_degenerate(
+            weights, self.n_lim, systematic, rng
+        )
+        state = HybridState(
+            target,
+            state.first,
+            regions[ancestors],
+            weights,
+            region,
+            velocity,
+            hidden=0,
+            usual=state.usual,
+        )
+        return state, d, shares
 
-    def _learnt(self, state, image, region, heaviest, level):
-        """The reference after (10), the distance of the estimate, and the four shares."""
+    def _learnt(
+        self,
+        state: HybridState,
+        image: BinImage,
+        region: Region,
+        heaviest: Region,
+        level: float,
+    ) -> tuple[Target, float, Array]:
+        """The reference after (10), the distance of the estimate, and the shares."""
         target = state.target
-        q = histograms(image, self.bins.m, target.kernels, np.stack([region, heaviest]))
+        q = histograms(image, target.kernels, np.stack([region, heaviest]))
         rho = coefficient(q, target.q)[:, 0]
-        shares = self.shares(*np.exp(-self.lam * (1 - rho))) if level > self.w_min else NOTHING_LEARNT
+        shares = NOTHING_LEARNT
+        if level > self.w_min:
+            shares = self.shares(*np.exp(-self.lam * (1 - rho)))
         mixed = np.tensordot(shares, np.stack([target.q, *q, state.first]), 1)
         return target._replace(q=mixed), np.sqrt(max(1 - rho[0], 0)), shares
 
-    def shares(self, estimate, heaviest):
-        """The coefficients of (10) from the likelihoods of the estimate and of the heaviest particle: 1 - alpha - beta - gamma, alpha, beta, gamma.
+    def shares(self, estimate: float, heaviest: float) -> Array:
+        """1 - alpha - beta - gamma, alpha, beta, gamma of (10), from two likelihoods.
 
-        Each lies in [0, 1] and they sum to 1, which the printed "normalised weight" and "proportional to" do not promise.
+        Each lies in [0, 1] and they sum to 1, which "normalised weight" and
+        "proportional to" in the paper do not promise.
+
+        Parameters
+        ----------
+        estimate, heaviest : float
+            Likelihoods of the estimate and of the heaviest particle.
         """
         alpha = self.eta * estimate / (estimate + heaviest)
-        return np.array([1 - self.eta - self.gamma, alpha, self.eta - alpha, self.gamma])
+        kept = 1 - self.eta - self.gamma
+        return np.array([kept, alpha, self.eta - alpha, self.gamma])
+
+    def _equal_weights(self) -> Array:
+        return np.full(self.n, 1 / self.n)

@@ -1,7 +1,10 @@
-"""The colour particle filter: the probabilistic framework, Section IV of [T09]; with one kernel and an upright box also SIR of [C14].
+"""The colour particle filter: Section IV of [T09].
 
-Every frame: predict each particle, weigh it by its likelihood (13), estimate by the weighted mean, draw the next set with replacement.
-No gradient is needed and several hypotheses can live side by side, which is what carries a track through blur and occlusion.
+With one kernel and an upright box it is also SIR of [C14].
+
+For each frame: predict each particle, weigh it by its likelihood (13), estimate by the
+weighted mean, draw the next set with replacement.  No gradient is needed and several
+hypotheses can live side by side.
 
 Explained in notebook 05.
 """
@@ -9,12 +12,21 @@ Explained in notebook 05.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
-from mkt.histograms import ColorBins, Target, learn, log_likelihood
+from mkt import checks
+from mkt.colors import BinImage, Bins, ColorBins
+from mkt.histograms import Target, learn, log_likelihood
 from mkt.kernels import Kernels
-from mkt.particles import SCHEMES, Motion, Particles, effective_sample_size, mean_region, normalised
-from mkt.tracking import check_counts, report
+from mkt.particles import (
+    SCHEMES,
+    Motion,
+    Particles,
+    covariance,
+    effective_sample_size,
+    mean_region,
+    normalised,
+)
+from mkt.tracking import Info, report
+from mkt.types import Array, Frame, Region, Rng
 
 
 class FilterState(NamedTuple):
@@ -28,44 +40,77 @@ class FilterState(NamedTuple):
 class ParticleFilter:
     """The bootstrap filter with the likelihood exp(-lam sum_j d_j^2).
 
-    n: number of particles; kernels: nine constant tiles, or any other; lam, combine: see `mkt.histograms.log_likelihood`.
-    motion: the prediction; scheme: how to resample.  lost_above: the distance d_m beyond which the target is said to be lost.
+    Parameters
+    ----------
+    n : int
+        Number of particles.
+    kernels : Kernels
+        Nine constant tiles, or any other.
+    lam, combine
+        See `mkt.histograms.log_likelihood`.
+    motion : Motion
+        The prediction.
+    scheme : str
+        How to resample, one of `mkt.particles.SCHEMES`.
+    bins : Bins
+        What the frames are binned with.
+    lost_above : float
+        The distance d_m beyond which the target is said to be lost.
 
-    Raises ValueError naming the field.
+    Raises
+    ------
+    ValueError
+        Naming the field.
     """
 
     n: int = 500  # printed, Section VI-A; 75 for the small filter
-    kernels: Kernels = Kernels("tiles", "uniform")  # printed, Section IV-B: K constant on nine parts
+    kernels: Kernels = Kernels("tiles", "uniform")  # printed, Section IV-B
     lam: float = 20.0  # printed, Section IV-B
-    combine: str = "sum"  # ours: (5) is lost, and the mean is too flat
+    combine: str = "sum"  # ours: (5) is not legible, and the mean is too flat
     motion: Motion = Motion()
     scheme: str = "multinomial"  # "random weighted draw"
-    bins: ColorBins = ColorBins()
+    bins: Bins = ColorBins()
     lost_above: float = 0.65
 
     def __post_init__(self):
-        check_counts(self, "n")
-        for field, value, known in (("scheme", self.scheme, SCHEMES), ("combine", self.combine, ("sum", "mean"))):
-            if value not in known:
-                raise ValueError(f"{field} is {value!r}; it must be one of {', '.join(known)}")
-        if not 0 <= self.lam < np.inf:
+        checks.counts(self, "n")
+        checks.one_of(self, scheme=SCHEMES, combine=("sum", "mean"))
+        if not 0 <= self.lam < float("inf"):
             raise ValueError(f"lam is {self.lam}; it must be finite, and not negative")
 
-    def init(self, frame, region, rng):
-        """Learn the reference and scatter particles round it.  Returns `FilterState`."""
-        target = learn(self.bins(frame), region, self.bins, self.kernels)
+    def init(self, frame: Frame, region: Region, rng: Rng) -> FilterState:
+        """Learn the reference and scatter particles round it."""
+        target = learn(self.bins(frame), region, self.kernels)
         return FilterState(target, self.motion.scatter(region, self.n, rng))
 
-    def step(self, state, frame, rng):
+    def step(
+        self, state: FilterState, frame: Frame, rng: Rng
+    ) -> tuple[FilterState, Info]:
         """Predict, weigh, estimate, draw."""
-        image = self.bins(frame)
-        predicted, weights = self.weigh(state, image, rng)
-        region = mean_region(predicted.regions, weights)
-        distance = state.target.distances(image, region)
-        info = report(region, distance, self.lost_above, n_eff=effective_sample_size(weights), evaluations=self.n + 1, particles=predicted.regions, weights=weights)
-        return state._replace(particles=predicted.take(SCHEMES[self.scheme](weights, rng))), info
+        return self.advance(state, self.bins(frame), rng)
 
-    def weigh(self, state, image, rng):
-        """The predicted particles and their weights of sum 1."""
-        predicted = self.motion.predict(state.particles, rng)
-        return predicted, normalised(log_likelihood(state.target.coefficients(image, predicted.regions), self.lam, self.combine))
+    def advance(
+        self, state: FilterState, image: BinImage, rng: Rng
+    ) -> tuple[FilterState, Info]:
+        """`step` on a frame that is binned already."""
+        particles = self.motion.predict(state.particles, rng)
+        weights = self.weigh(state.target, image, particles)
+        region = mean_region(particles.regions, weights)
+        d = state.target.distances(image, region)
+        info = report(
+            region,
+            d,
+            bool(d > self.lost_above),
+            self.n + 1,
+            covariance=covariance(particles.regions, weights, region),
+            n_eff=effective_sample_size(weights),
+            particles=particles.regions,
+            weights=weights,
+        )
+        ancestors = SCHEMES[self.scheme](weights, rng)
+        return state._replace(particles=particles.take(ancestors)), info
+
+    def weigh(self, target: Target, image: BinImage, particles: Particles) -> Array:
+        """The weights of particles, (N,) of sum 1, by the likelihood (13)."""
+        rho = target.coefficients(image, particles.regions)
+        return normalised(log_likelihood(rho, self.lam, self.combine))

@@ -1,4 +1,7 @@
-"""One browser for all tests of a file, the one that is on the machine; without one they skip."""
+"""One browser for all tests of a file, the one that is on the machine.
+
+Without one they skip.
+"""
 
 import os
 import shutil
@@ -9,17 +12,25 @@ from playwright.sync_api import Error, sync_playwright
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "msedge")
 PICTURES = Path(__file__).parents[2] / "_build" / "screenshots"
+NONE = (
+    "no browser here: install chromium with the system's packages, or "
+    "`playwright install chromium`"
+)
 
 
-@pytest.fixture(scope="module")  # not longer: its event loop would keep the book's from running
+# Not longer than a file: its event loop would keep the book's from running.
+@pytest.fixture(scope="module")
 def browser():
+    """A running Chromium."""
     found = next(filter(None, map(shutil.which, NAMES)), None)
     root = hasattr(os, "getuid") and os.getuid() == 0
     with sync_playwright() as playwright:
         try:
-            running = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"] if root else [])
+            running = playwright.chromium.launch(
+                executable_path=found, args=["--no-sandbox"] if root else []
+            )
         except Error as error:
-            pytest.skip(f"no browser here: install chromium with the system's packages, or `playwright install chromium` ({str(error).splitlines()[0]})")
+            pytest.skip(f"{NONE} ({str(error).splitlines()[0]})")
         yield running
         running.close()
 

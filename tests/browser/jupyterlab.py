@@ -1,4 +1,8 @@
-"""JupyterLab as a reader has it on the screen: `serving` starts it, a `Chapter` is one open notebook, a `Slider` one control of a figure."""
+"""JupyterLab as a reader has it on the screen.
+
+`serving` starts it, a `Chapter` is one open notebook, a `Slider` one control of a
+figure.
+"""
 
 import os
 import socket
@@ -11,52 +15,109 @@ from pathlib import Path
 from urllib.request import urlopen
 
 TOKEN = "for-this-test"
-PROGRAM = "import sys; from mkt import cli; cli.NOTEBOOKS = sys.argv[1]; cli.run(cli.parse(['lab', *sys.argv[2:]]))"
+PROGRAM = """
+import sys
+from mkt.course import cli
+from mkt.course.commands import lab
+lab.NOTEBOOKS = sys.argv[1]
+cli.run(cli.parse(["lab", *sys.argv[2:]]))
+"""
 HASH = """async (image) => {
-  const digest = await crypto.subtle.digest("SHA-256", await (await fetch(image.src)).arrayBuffer());
+  const picture = await (await fetch(image.src)).arrayBuffer();
+  const digest = await crypto.subtle.digest("SHA-256", picture);
   return [...new Uint8Array(digest)].join(" ");
 }"""
 PLAYED = """async (film) => {
   film.scrollIntoView();
   await film.play();
   const before = film.currentTime;
-  for (let tries = 0; tries < 100 && film.currentTime <= before; tries++) await new Promise((next) => setTimeout(next, 50));
+  for (let tries = 0; tries < 100 && film.currentTime <= before; tries++) {
+    await new Promise((next) => setTimeout(next, 50));
+  }
   return [before, film.currentTime];
+}"""
+FINISHED = """(failure) => {
+  const prompts = document.querySelectorAll(".jp-CodeCell .jp-InputPrompt");
+  return document.querySelector(failure)
+    || [...prompts].every((prompt) => /\\[\\d+\\]/.test(prompt.textContent));
+}"""
+END_KERNELS = """async () => {
+  const config = document.getElementById("jupyter-config-data").textContent;
+  const {baseUrl, token} = JSON.parse(config);
+  const headers = {Authorization: `token ${token}`};
+  const address = `${baseUrl}api/sessions`;
+  const sessions = await (await fetch(address, {headers})).json();
+  const end = ({id}) => fetch(`${address}/${id}`, {method: "DELETE", headers});
+  await Promise.all(sessions.map(end));
 }"""
 FAILURE = '[data-mime-type="application/vnd.jupyter.error"]'
 SECONDS = 1000  # playwright counts in milliseconds
+HIDDEN = ("MPLBACKEND", "MKT_STATIC", "MKT_DATA")
+OWN = (
+    "JUPYTER_CONFIG_DIR",
+    "JUPYTER_DATA_DIR",
+    "JUPYTER_RUNTIME_DIR",
+    "IPYTHONDIR",
+)
 
 
 @contextmanager
 def serving(notebooks, settled=60):
-    """Run ``mkt lab`` on a folder of notebooks, with nobody's own settings.  Yields the address."""
-    with tempfile.TemporaryDirectory(prefix="mkt-lab-", ignore_cleanup_errors=True) as home:
-        with socket.socket() as free:
-            free.bind(("localhost", 0))
-            port = free.getsockname()[1]
-        words = ["--no-browser", "--allow-root", f"--port={port}", "--ServerApp.port_retries=0", f"--IdentityProvider.token={TOKEN}"]
-        log = open(Path(home, "log"), "w+")
-        server = subprocess.Popen([sys.executable, "-c", PROGRAM, notebooks, *words], stdout=log, stderr=log, env=_environment(home))
+    """Run ``mkt lab`` on a folder of notebooks, with nobody's own settings.
+
+    Yields the address.
+    """
+    with tempfile.TemporaryDirectory(
+        prefix="mkt-lab-", ignore_cleanup_errors=True
+    ) as home:
+        port = _free_port()
+        log = Path(home, "log")
+        with log.open("w") as output:
+            server = subprocess.Popen(
+                [sys.executable, "-c", PROGRAM, notebooks, *_options(port)],
+                stdout=output,
+                stderr=output,
+                env=_environment(home),
+            )
         try:
-            _wait_for(f"http://localhost:{port}/api?token={TOKEN}", server, log, time.monotonic() + settled)
+            _wait_for(port, server, log, time.monotonic() + settled)
             yield f"http://localhost:{port}"
         finally:
             server.terminate()  # its kernels end with it
             server.wait(30)
 
 
+def _free_port():
+    with socket.socket() as free:
+        free.bind(("localhost", 0))
+        return free.getsockname()[1]
+
+
+def _options(port):
+    return [
+        "--no-browser",
+        "--allow-root",
+        f"--port={port}",
+        "--ServerApp.port_retries=0",
+        f"--IdentityProvider.token={TOKEN}",
+    ]
+
+
 def _environment(home):
-    kept = {name: value for name, value in os.environ.items() if name not in ("MPLBACKEND", "MKT_STATIC", "MKT_DATA")}
-    return kept | {name: str(Path(home, name)) for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR")}
+    kept = {name: value for name, value in os.environ.items() if name not in HIDDEN}
+    return kept | {name: str(Path(home, name)) for name in OWN}
 
 
-def _wait_for(url, server, log, end):
+def _wait_for(port, server, log, end):
     while True:
         try:
-            return urlopen(url).close()
+            urlopen(f"http://localhost:{port}/api?token={TOKEN}").close()
+            return
         except OSError:
             if server.poll() is not None or time.monotonic() > end:
-                raise RuntimeError(f"JupyterLab did not start:\n{Path(log.name).read_text()}") from None
+                raise RuntimeError(
+                    f"JupyterLab did not start:\n{log.read_text()}"
+                ) from None
             time.sleep(0.2)
 
 
@@ -64,20 +125,28 @@ class Chapter:
     """A notebook, opened in a page of a browser."""
 
     def __init__(self, page, address, notebook):
-        self.page, self.source = page, notebook.read_text(encoding="utf-8")
-        page.goto(f"{address}/lab/workspaces/{notebook.stem}/tree/{notebook.name}?reset&token={TOKEN}")
+        self.page = page
+        self.source = notebook.read_text(encoding="utf-8")
+        place = f"lab/workspaces/{notebook.stem}/tree/{notebook.name}"
+        page.goto(f"{address}/{place}?reset&token={TOKEN}")
         self._wait_until_idle(120)
 
     def run_all(self, timeout):
-        """Run all cells from the menu, as a reader does; wait until all have their numbers, or one failed, at most `timeout` [s]."""
+        """Run all cells from the menu, as a reader does.
+
+        Waits until all have their numbers, or one failed, at most `timeout` [s].
+        """
         self.page.get_by_role("menuitem", name="Run", exact=True).click()
         self.page.get_by_role("menuitem", name="Run All Cells", exact=True).click()
-        self.page.wait_for_function("""(failure) => document.querySelector(failure) || [...document.querySelectorAll(".jp-CodeCell .jp-InputPrompt")]
-            .every((prompt) => /\\[\\d+\\]/.test(prompt.textContent))""", arg=FAILURE, timeout=timeout * SECONDS, polling=250)
+        self.page.wait_for_function(
+            FINISHED, arg=FAILURE, timeout=timeout * SECONDS, polling=250
+        )
         self._wait_until_idle(timeout)
 
     def _wait_until_idle(self, timeout):
-        self.page.get_by_text("Python 3 (ipykernel) | Idle").wait_for(timeout=timeout * SECONDS)  # before, cells would run into nothing
+        """Before, cells would run into nothing."""
+        state = self.page.get_by_text("Python 3 (ipykernel) | Idle")
+        state.wait_for(timeout=timeout * SECONDS)
 
     def errors(self):
         """The texts of all tracebacks."""
@@ -89,17 +158,19 @@ class Chapter:
 
     def close(self):
         """End the kernel and leave the page; nothing is saved."""
-        self.page.evaluate("""async () => {
-            const {baseUrl, token} = JSON.parse(document.getElementById("jupyter-config-data").textContent);
-            const headers = {Authorization: `token ${token}`}, sessions = await (await fetch(`${baseUrl}api/sessions`, {headers})).json();
-            await Promise.all(sessions.map(({id}) => fetch(`${baseUrl}api/sessions/${id}`, {method: "DELETE", headers})));
-        }""")
+        self.page.evaluate(END_KERNELS)
         self.page.close()
 
 
 def controls(figure):
-    """The sliders and lists of choices of a figure, in their order, as `Slider` and `Choice`."""
-    return [(Slider if box.locator("[role=slider]").count() else Choice)(figure, box) for box in figure.locator(".widget-slider, .widget-dropdown").all()]
+    """The sliders and lists of a figure, in their order, as `Slider` and `Choice`."""
+    boxes = figure.locator(".widget-slider, .widget-dropdown").all()
+    return [_control(figure, box) for box in boxes]
+
+
+def _control(figure, box):
+    kind = Slider if box.locator("[role=slider]").count() else Choice
+    return kind(figure, box)
 
 
 class Control:
@@ -107,13 +178,19 @@ class Control:
 
     def __init__(self, figure, box):
         self.name = box.locator("label").text_content()
-        self._box, self._image = box, figure.locator("img").first
+        self._box = box
+        self._image = figure.locator("img").first
 
     def picture(self, other_than=None, timeout=60):
-        """The fingerprint of the picture; waits at most `timeout` [s] for one that is another."""
+        """The fingerprint of the picture.
+
+        Waits at most `timeout` [s] for one that is another.
+        """
         end = time.monotonic() + timeout
-        while (fingerprint := self._image.evaluate(HASH)) == other_than and time.monotonic() < end:
+        fingerprint = self._image.evaluate(HASH)
+        while fingerprint == other_than and time.monotonic() < end:
             self._image.page.wait_for_timeout(50)
+            fingerprint = self._image.evaluate(HASH)
         return fingerprint
 
 
@@ -126,13 +203,18 @@ class Slider(Control):
 
     def step(self):
         """Press an arrow key: upwards, or downwards from the end."""
-        self._handle.press("ArrowLeft" if self.position() == self._now("max") else "ArrowRight")
+        last = self.position() == self._now("max")
+        self._handle.press("ArrowLeft" if last else "ArrowRight")
 
     def put(self, position):
-        """Click where the slider is to stand; where its steps are as narrow as the mouse is wide, arrow keys do the rest."""
+        """Click where the slider is to stand.
+
+        Where its steps are as narrow as the mouse is wide, arrow keys do the rest.
+        """
         way = self._box.locator(".noUi-base")
         size = way.bounding_box()
-        way.click(position={"x": position / self._now("max") * (size["width"] - 1), "y": size["height"] / 2}, force=True)
+        x = position / self._now("max") * (size["width"] - 1)
+        way.click(position={"x": x, "y": size["height"] / 2}, force=True)
         while (now := self.position()) != position:
             self._handle.press("ArrowLeft" if now > position else "ArrowRight")
 
@@ -145,7 +227,11 @@ class Slider(Control):
 
 
 class Choice(Control):
-    """A list; its pop-up belongs to the system, so that neither key nor mouse of the test reaches it."""
+    """A list.
+
+    Its pop-up belongs to the system, so that neither key nor mouse of the test reaches
+    it.
+    """
 
     def position(self):
         """The number of what is chosen."""

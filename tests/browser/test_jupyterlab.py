@@ -1,19 +1,24 @@
-"""Every chapter in JupyterLab, in a real browser: it runs, its sliders move the pictures there and back, its films play."""
+"""Every chapter in JupyterLab, in a real browser.
+
+It runs, its sliders move the pictures there and back, its films play.
+"""
 
 import shutil
 
 import pytest
 
-from mkt.book import catalogue
+from mkt.course.book import contents
 from tests.browser import jupyterlab
 
-BOOK = catalogue.read()
+BOOK = contents.read()
 
 
 @pytest.fixture(scope="module")
 def address(browser, tmp_path_factory):
     """Of a JupyterLab on a copy of the notebooks."""
-    folder = shutil.copytree(catalogue.NOTEBOOKS, tmp_path_factory.mktemp("lab") / "notebooks")
+    folder = shutil.copytree(
+        contents.NOTEBOOKS, tmp_path_factory.mktemp("lab") / "notebooks"
+    )
     with jupyterlab.serving(folder) as address:
         yield address
 
@@ -42,11 +47,16 @@ def test_every_slider_changes_the_picture_and_changes_it_back(chapter):
             moved = control.picture(other_than=before)
             control.put(position)
             back = control.picture(other_than=moved)
-            still += [control.name] * (moved == before) + [f"{control.name}, back"] * (back != before)
+            if moved == before:
+                still.append(control.name)
+            if back != before:
+                still.append(f"{control.name}, back")
     assert still == []
 
 
 def test_every_film_plays(chapter):
-    films = [film.evaluate(jupyterlab.PLAYED) for film in chapter.page.locator("video").all()]
+    films = [
+        film.evaluate(jupyterlab.PLAYED) for film in chapter.page.locator("video").all()
+    ]
     assert all(after > before for before, after in films)
     assert len(films) == chapter.source.count("play(")

@@ -1,0 +1,126 @@
+"""What is refused, and in which words: fields of a specification, frames, regions.
+
+Every refusal is a ValueError that names the field, its value and the remedy.
+"""
+
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+
+from mkt.regions import HX, HY, as_regions
+from mkt.types import ArrayLike, Frame, Region
+
+LONGEST = 32_766  # px a side, and samples: cv2.remap counts with 16 bits and a sign
+
+
+def one_of(specification: Any, **known: Collection[str]) -> None:
+    """Refuse a field whose value is not a known one.
+
+    Parameters
+    ----------
+    specification : object
+        The dataclass whose fields are looked at.
+    **known : collections of str
+        Field name -> its possible values.
+    """
+    for field, values in known.items():
+        value = getattr(specification, field)
+        if value not in values:
+            raise ValueError(
+                f"{field} is {value!r}; it must be one of {', '.join(values)}"
+            )
+
+
+def positive(specification: Any, *fields: str) -> None:
+    """Refuse a field that is not a positive, finite number."""
+    for field in fields:
+        if not 0 < getattr(specification, field) < np.inf:
+            raise ValueError(
+                f"{field} is {getattr(specification, field)}; it must be positive"
+            )
+
+
+def shares(specification: Any, *fields: str) -> None:
+    """Refuse a field that does not lie between 0 and 1."""
+    for field in fields:
+        value = getattr(specification, field)
+        if not 0 <= value <= 1:
+            raise ValueError(f"{field} is {value:g}; a share lies between 0 and 1")
+
+
+def counts(specification: Any, *fields: str) -> None:
+    """Refuse a field that is not a whole number of at least 1."""
+    for field in fields:
+        value = getattr(specification, field)
+        if not (isinstance(value, int | np.integer) and value >= 1):
+            raise ValueError(
+                f"{field} is {value!r}; it must be a whole number, at least 1"
+            )
+
+
+def checked_frame(frame: ArrayLike) -> Frame:
+    """The frame as an array.
+
+    Raises
+    ------
+    ValueError
+        Unless it is (H, W, 3) uint8 with at least one pixel and no side too long for
+        OpenCV.
+    """
+    frame = np.asarray(frame)
+    colours = frame.ndim == 3 and frame.shape[2] == 3
+    if not (colours and frame.dtype == np.uint8 and frame.size):
+        raise ValueError(
+            "a frame must be (H, W, 3) uint8 RGB with at least one pixel, "
+            f"not {frame.shape} {frame.dtype}; convert it first"
+        )
+    if max(frame.shape) > LONGEST:
+        raise ValueError(
+            f"a frame of {frame.shape[1]}x{frame.shape[0]} px is too large; "
+            f"scale it down to at most {LONGEST} px a side"
+        )
+    return frame
+
+
+def checked_region(region: ArrayLike) -> Region:
+    """The region (5,) that a tracker is to start on, as float64.
+
+    Raises
+    ------
+    ValueError
+        Where it is not one region, is not finite, or has no area.
+    """
+    region = as_regions(region)
+    if region.shape != (5,):
+        raise ValueError(
+            "one region (cx, cy, theta, hx, hy) is needed, "
+            f"not an array of the shape {region.shape}"
+        )
+    if not np.isfinite(region).all():
+        raise ValueError(
+            f"the region {region} is not finite; "
+            "give five numbers (cx, cy, theta, hx, hy)"
+        )
+    # The product too: that of tiny axes may be rounded to 0.
+    if min(*region[HX:], region[HX] * region[HY]) <= 0:
+        raise ValueError(
+            f"the region {region} has no area; its half axes hx and hy must be positive"
+        )
+    return region
+
+
+def finite(region: Region) -> Region:
+    """An estimate (5,), as it is.
+
+    Raises
+    ------
+    ValueError
+        Where it is not finite, which no later step could mend.
+    """
+    if not np.isfinite(region).all():
+        raise ValueError(
+            f"the estimate {region} is not finite; check the state and the tracker's "
+            "motion, and start it again with init"
+        )
+    return region

@@ -1,0 +1,236 @@
+"""From colours to bins: a frame becomes one image of bin numbers, once for each frame.
+
+``bins(frame)`` gives a `BinImage`; all histograms are counted in it
+(`mkt.histograms`), whatever its numbers stand for.
+
+Explained in notebook 01.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import prod
+from typing import Protocol
+
+import cv2
+import numpy as np
+
+from mkt.checks import LONGEST, checked_frame, one_of
+from mkt.types import Frame, NDArray
+
+SPACES = {"hsv": (10, 10, 10), "rgb": (8, 8, 8), "hs": (10, 10)}
+MOST_BINS = 65_535  # and one number more for what lies outside the image: 16 bits
+HUES = 180  # of OpenCV, in two degrees
+
+
+@dataclass(frozen=True, eq=False)
+class BinImage:
+    """The bin of every pixel of a frame.
+
+    Parameters
+    ----------
+    labels : (H, W) uint8 or uint16 array
+        Bin numbers in 0 ... m - 1.
+    m : int
+        Number of bins.
+
+    Raises
+    ------
+    ValueError
+        For another shape or type, and for a number beyond m, which would be counted in
+        foreign memory.
+
+    Examples
+    --------
+    >>> BinImage(np.array([[0, 2]], np.uint8), m=3).shape
+    (1, 2)
+    """
+
+    labels: NDArray
+    m: int
+
+    def __post_init__(self):
+        labels = self.labels
+        if not (
+            isinstance(labels, np.ndarray)
+            and labels.ndim == 2
+            and labels.size
+            and max(labels.shape) <= LONGEST
+            and labels.dtype in (np.uint8, np.uint16)
+        ):
+            raise ValueError(
+                "labels must be (H, W) bin numbers, uint8 or uint16, "
+                f"from 1 to {LONGEST} px a side; make them from a frame with ColorBins"
+            )
+        if not labels.max() < self.m <= np.iinfo(labels.dtype).max:
+            raise ValueError(
+                f"m is {self.m}, but the labels go up to {labels.max()}, "
+                f"as {labels.dtype}; give the m of the bins that made them"
+            )
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(H, W)."""
+        return self.labels.shape
+
+
+class Bins(Protocol):
+    """Whatever makes a bin image of a frame: `ColorBins`, `JointHSV`, or one's own."""
+
+    @property
+    def m(self) -> int:
+        """Number of bins."""
+        ...
+
+    def __call__(self, frame: Frame) -> BinImage:
+        """The bins of a frame."""
+        ...
+
+
+@dataclass(frozen=True)
+class ColorBins:
+    """The bin map b(l) of a colour.
+
+    Parameters
+    ----------
+    space : {"hsv", "rgb", "hs"}
+        "hsv": N_h N_s + N_v bins, colourful pixels by hue and saturation, grey or dark
+        ones (S <= s_min or V <= v_min) by value; "rgb": all three channels jointly;
+        "hs": hue and saturation jointly.
+    counts : tuple of int, optional
+        Bins of each channel; without it 10, 10, 10 for hsv, 8, 8, 8 for rgb [N03],
+        10, 10 for hs [C14].
+    s_min, v_min : float
+        In [0, 1].
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
+
+    Examples
+    --------
+    Two reds of one hue and saturation, and a grey; notebook 01.
+
+    >>> red, dark, grey = [255, 0, 0], [200, 0, 0], [128, 128, 128]
+    >>> ColorBins()(np.array([[red, dark, grey]], np.uint8)).labels.tolist()
+    [[9, 9, 105]]
+    """
+
+    space: str = "hsv"
+    counts: tuple[int, ...] | None = None
+    s_min: float = 0.1
+    v_min: float = 0.2
+
+    def __post_init__(self):
+        one_of(self, space=SPACES)
+        needed = len(SPACES[self.space])
+        wrong = self.counts is not None and (
+            len(self.counts) != needed or not all(1 <= c <= 64 for c in self.counts)
+        )
+        if wrong:
+            raise ValueError(
+                f"counts is {self.counts}; {self.space} takes {needed} numbers "
+                "from 1 to 64"
+            )
+        if self.m > MOST_BINS:
+            raise ValueError(
+                f"counts is {self.counts}, which makes {self.m} bins; "
+                f"take fewer, at most {MOST_BINS} in all"
+            )
+        for field in ("s_min", "v_min"):
+            if not 0 <= getattr(self, field) <= 1:
+                raise ValueError(
+                    f"{field} is {getattr(self, field)}; it must lie between 0 and 1"
+                )
+
+    @property
+    def _counts(self) -> tuple[int, ...]:
+        return SPACES[self.space] if self.counts is None else self.counts
+
+    @property
+    def m(self) -> int:
+        """Number of bins."""
+        if self.space == "hsv":
+            hues, saturations, values = self._counts
+            return hues * saturations + values
+        return prod(self._counts)
+
+    @cached_property
+    def dtype(self) -> type:
+        """Type of the labels.
+
+        It must hold one number more than there are bins, for what lies outside.
+        """
+        return np.uint8 if self.m < 256 else np.uint16
+
+    @cached_property
+    def _tables(self) -> list[NDArray]:
+        """A look-up table (256,) for each channel: their entries add up to the bin."""
+        ranges = (256, 256, 256) if self.space == "rgb" else (HUES, 256, 256)
+        steps = [
+            np.minimum(np.arange(256) * count // top, count - 1)
+            for count, top in zip(self._counts, ranges, strict=False)
+        ]
+        if self.space == "hsv":
+            hue, saturation, value = steps
+            grey = value + self.m - self._counts[2]
+            tables = [hue * self._counts[1], saturation, grey]
+        else:
+            strides = np.cumprod([1, *self._counts[:0:-1]])[::-1]
+            tables = [s * stride for s, stride in zip(steps, strides, strict=True)]
+        return [table.astype(self.dtype) for table in tables]
+
+    def __call__(self, frame: Frame) -> BinImage:
+        """The bins of a frame.
+
+        Parameters
+        ----------
+        frame : (H, W, 3) uint8 array, RGB
+
+        Raises
+        ------
+        ValueError
+            For any other shape or type.
+        """
+        frame = checked_frame(frame)
+        if self.space != "rgb":
+            frame = cv2.cvtColor(frame, cv2.COLOR_RGB2HSV)
+        channels = cv2.split(frame)
+        parts = [
+            cv2.LUT(channel, table)
+            for channel, table in zip(channels, self._tables, strict=False)
+        ]
+        if self.space == "hsv":
+            _, saturation, value = channels
+            grey = (saturation <= 255 * self.s_min) | (value <= 255 * self.v_min)
+            # copyTo is several times as fast as numpy's where.
+            labels = cv2.copyTo(parts[2], grey.view(np.uint8), parts[0] + parts[1])
+        else:
+            labels = sum(parts[1:], parts[0])
+        return BinImage(labels, self.m)
+
+
+@dataclass(frozen=True)
+class JointHSV:
+    """Hue, saturation and value jointly, 8 x 8 x 4 bins, as in Section 3 of [N03].
+
+    Parameters
+    ----------
+    counts : tuple of int
+        Bins of hue, saturation and value.
+    """
+
+    counts: tuple[int, int, int] = (8, 8, 4)
+
+    @cached_property
+    def _bins(self) -> ColorBins:
+        return ColorBins("rgb", self.counts)
+
+    @property
+    def m(self) -> int:
+        """Number of bins."""
+        return self._bins.m
+
+    def __call__(self, frame: Frame) -> BinImage:
+        """The bins of a frame (H, W, 3) uint8 RGB; ValueError for anything else."""
+        return self._bins(cv2.cvtColor(checked_frame(frame), cv2.COLOR_RGB2HSV_FULL))

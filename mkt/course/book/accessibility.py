@@ -1,0 +1,28 @@
+"""A Sphinx extension: what the theme leaves out for some readers.
+
+For those who hear the page the captions in the list of pages are headings, and must say
+of which level.  For those who have no mouse, code and outputs that are wider than the
+page scroll, and a key can scroll only what it can reach.
+"""
+
+from typing import Any
+
+from sphinx.application import Sphinx
+
+AFTER_THE_THEME = 900  # which makes the list
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Called by Sphinx."""
+    app.connect("html-page-context", _complete, priority=AFTER_THE_THEME)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def _complete(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: Any
+) -> None:
+    context["furo_navigation_tree"] = context["furo_navigation_tree"].replace(
+        'role="heading"', 'role="heading" aria-level="2"'
+    )
+    if "body" in context:  # the search page has none
+        context["body"] = context["body"].replace("<pre>", '<pre tabindex="0">')

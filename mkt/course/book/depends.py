@@ -1,0 +1,191 @@
+"""What chapters, pictures and judged claims depend on, as keys of what is kept.
+
+That is code, data and packages.  Code is what can be reached by imports from a
+chapter's own imports and from the modules of the figures that it shows.  So a change in
+`mkt.course` draws and runs nothing again, and a change in one paper's figures only what
+shows them.
+"""
+
+import ast
+import hashlib
+import os
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from inspect import getsourcefile
+from pathlib import Path
+from typing import Any
+
+from nbformat import NotebookNode
+
+import mkt
+from mkt.course.book.checks import code_cells, figure_cells, tree
+from mkt.experiments import cache
+from mkt.figures import export
+from mkt.figures.registry import FIGURES, Entry
+from mkt.files import PACKAGE, ROOT
+
+PAPERS = PACKAGE / "papers"
+PACKAGES = ROOT / "environment.txt"
+# What lies beside a module is a template or a table that it reads; scripts and styles
+# are for the browser.
+NOT_READ = (".py", ".pyc", ".js", ".css")
+
+
+def of_chapter(notebook: NotebookNode, *how: Any) -> str:
+    """The key of a chapter's outputs: its code, not its text, and what that reaches.
+
+    Parameters
+    ----------
+    notebook : NotebookNode
+    *how
+        Settings with which it is run.
+    """
+    code = [(cell.id, cell.source) for cell in code_cells(notebook)]
+    try:
+        files = named_in(notebook)
+    except SyntaxError:  # to run it will say so
+        files = []
+    return cache.key("chapter", code, how, *_surroundings(files))
+
+
+def of_picture(entry: Entry, *how: Any) -> str:
+    """The key of a figure's picture, PDF and table, drawn with its defaults.
+
+    Parameters
+    ----------
+    entry : Entry
+    *how
+        Settings with which it is drawn.
+    """
+    facts = export.facts(entry, {})
+    files = [home(entry), Path(export.__file__)]
+    return cache.key(entry.name, facts, how, *_surroundings(files))
+
+
+def of_claims(seeds: int) -> str:
+    """The key of all claims, judged over so many seeds."""
+    return cache.key("claims", seeds, *_surroundings(PAPERS.glob("*/claims.py")))
+
+
+def _surroundings(files: Iterable[Path]) -> Iterator[Any]:
+    """What results of code that begins in some files depend on."""
+    reached = reachable(files)
+    yield os.environ.get("MKT_DATA")
+    yield cache.versions()
+    yield PACKAGES.read_text("utf-8")
+    yield _digests(reached)
+    yield [path.read_bytes() for path in beside(reached)]
+
+
+def reachable(files: Iterable[Path]) -> set[Path]:
+    """The files of the library that some files can reach by imports, themselves too.
+
+    Unlike `mkt.experiments.cache.reachable` it leaves out what the registries of
+    figures and claims find in the papers: who names a figure has its file among the
+    first ones.  Only a first file that makes such a registry reaches all of them.
+    """
+    first = list(files)
+    waiting = list(first)
+    found: set[Path] = set()
+    while waiting:
+        path = waiting.pop()
+        if path not in found:
+            found.add(path)
+            waiting += _next(path, path in first)
+    return found
+
+
+def _next(path: Path, first: bool) -> list[Path]:
+    """The files that a file imports; of a first one also what its registries find."""
+    imported = cache.imported(path)
+    if first or PAPERS in path.parents:
+        return imported
+    # Nothing below the papers imports from them: it is a registry that looks there.
+    return [other for other in imported if PAPERS not in other.parents]
+
+
+def _digests(files: set[Path]) -> list[str]:
+    """What counts of some files.
+
+    Of those in the papers it is all, for their docstrings are captions; of the others
+    the code without comments, unless a figure prints source code as it stands.
+    """
+    papers = {path for path in files if PAPERS in path.parents}
+    everything = any(_prints_code(path) for path in papers)
+    return [_digest(path, everything or path in papers) for path in sorted(files)]
+
+
+@lru_cache(maxsize=512)
+def _prints_code(path: Path) -> bool:
+    return "inspect.getsource" in path.read_text("utf-8")
+
+
+@lru_cache(maxsize=512)
+def _digest(path: Path, everything: bool) -> str:
+    text = path.read_text("utf-8") if everything else cache.stripped(path)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def beside(files: Iterable[Path]) -> list[Path]:
+    """Files that are no modules, in the folders of some modules."""
+    folders = {path.parent for path in files}
+    return sorted(
+        path
+        for folder in folders
+        for path in folder.iterdir()
+        if path.is_file() and path.suffix not in NOT_READ
+    )
+
+
+def named_in(notebook: NotebookNode) -> list[Path]:
+    """The files whose code or figures a notebook names."""
+    return [*_imports(notebook), *_figures(notebook)]
+
+
+def _imports(notebook: NotebookNode) -> Iterator[Path]:
+    """The files that the code of a notebook takes from the library."""
+    for cell in code_cells(notebook):
+        for node in ast.walk(tree(cell)):
+            for name in _names(node):
+                yield from cache.files_of(_spelled_out(name))
+
+
+def _names(node: ast.AST) -> list[str]:
+    """Dotted names that a piece of code imports, or takes from a module."""
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    if isinstance(node, ast.ImportFrom):
+        return [f"{node.module}.{alias.name}" for alias in node.names]
+    if isinstance(node, ast.Attribute):
+        return [_dotted(node)]
+    return []
+
+
+def _dotted(node: ast.expr) -> str:
+    """``a.b.c`` as text, "" for anything but names and dots."""
+    if isinstance(node, ast.Name):
+        return node.id
+    if isinstance(node, ast.Attribute):
+        base = _dotted(node.value)
+        return f"{base}.{node.attr}" if base else ""
+    return ""
+
+
+def _spelled_out(name: str) -> str:
+    """A dotted name, with the module where mkt.SSD and its like really are."""
+    package, _, rest = name.partition(".")
+    public = rest.partition(".")[0]
+    if package == "mkt" and public in mkt.NAMES:
+        return f"{mkt.NAMES[public]}.{rest}"
+    return name
+
+
+def _figures(notebook: NotebookNode) -> Iterator[Path]:
+    """The files of the figures that a notebook shows."""
+    for _, names in figure_cells(notebook):
+        yield from (home(FIGURES[name]) for name in names if name in FIGURES)
+
+
+def home(entry: Entry) -> Path:
+    """The file of a figure's function."""
+    return Path(getsourcefile(entry.function) or "")

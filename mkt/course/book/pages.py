@@ -1,0 +1,243 @@
+"""The pages around the chapters, and Sphinx's configuration.
+
+They are the first page, the gallery, the claims, the leaderboard, the reference of the
+library, and what leads on from the old names of its modules.  Their words are in the
+folder templates; here is what is filled in.  Each public function returns the text of
+one file.
+
+In the templates everything is escaped for HTML; ``md`` escapes names and sentences for
+Markdown, so that a folder called ``*a*`` is shown as it is.
+"""
+
+import importlib
+import inspect
+import pkgutil
+import string
+import tomllib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+import mkt
+from mkt.course.book.contents import Book, Chapter
+from mkt.experiments import leaderboard as ranks
+from mkt.experiments.claims import FAILS, HOLDS, IN_PART, RULE, SEEDS, Result
+from mkt.experiments.claims_as_text import measured
+from mkt.figures.registry import FIGURES, Entry
+from mkt.figures.static_panel import FILES, SCRIPT
+from mkt.scenes.drawn import GROUNDS, ITEMS
+
+HERE = Path(__file__).parent
+ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
+# Class and sign of each verdict, beside the words.
+BADGES = {
+    HOLDS: ("holds", "✓"),
+    IN_PART: ("part", "◐"),
+    FAILS: ("fails", "✗"),
+}
+EXTENSIONS = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "mkt.course.book.math_svg",
+    "mkt.course.book.reference",
+    "mkt.course.book.accessibility",
+]
+SETTINGS = {
+    "extensions": EXTENSIONS,
+    # The reference
+    "default_role": "py:obj",
+    "autodoc_default_options": {"members": True, "member-order": "bysource"},
+    "autodoc_preserve_defaults": True,
+    "autodoc_typehints": "none",  # the sections of the docstrings say more
+    "python_maximum_signature_line_length": 88,
+    "viewcode_follow_imported_members": False,  # numpy's sources are numpy's to show
+    "napoleon_google_docstring": False,
+    # As lists: what stands for a type, "(J, m) array", is no name to be looked up.
+    "napoleon_use_param": False,
+    "napoleon_use_rtype": False,
+    "napoleon_custom_sections": [("Attributes", "params_style")],
+    # The chapters
+    "nb_execution_mode": "off",
+    "nb_ipywidgets_js": {},
+    "nb_render_markdown_format": "myst",
+    "myst_enable_extensions": ["dollarmath", "amsmath", "deflist"],
+    "myst_heading_anchors": 3,
+    # Their looks
+    "html_math_renderer": "svg",
+    "html_theme": "furo",
+    "html_static_path": ["_static"],
+    "html_extra_path": ["moved"],
+    "html_css_files": ["mkt.css"],
+    "html_js_files": [SCRIPT.name],
+    "html_show_copyright": False,
+    "html_copy_source": False,
+    "html_show_search_summary": False,
+    "html_show_sourcelink": False,
+    "pygments_style": "a11y-light",
+    "pygments_dark_style": "github-dark",
+    "html_theme_options": {
+        f"{mode}_css_variables": {
+            "color-brand-primary": color,
+            "color-brand-content": color,
+        }
+        for mode, color in ACCENT.items()
+    },
+}
+
+
+def _markdown(text: str) -> Markup:
+    """A text in one line that Markdown shows as it is."""
+    signs = {sign: f"\\{sign}" for sign in string.punctuation}
+    return Markup(" ".join(text.split()).translate(str.maketrans(signs)))
+
+
+_TEMPLATES = jinja2.Environment(
+    loader=jinja2.FileSystemLoader(HERE / "templates"),
+    autoescape=True,
+    trim_blocks=True,
+    lstrip_blocks=True,
+    keep_trailing_newline=True,
+    undefined=jinja2.StrictUndefined,
+)
+_TEMPLATES.filters |= {"md": _markdown, "measured": measured}
+
+
+def _filled(template: str, **values: Any) -> str:
+    return _TEMPLATES.get_template(f"{template}.j2").render(values)
+
+
+def configuration(book: Book) -> str:
+    """conf.py."""
+    settings = {"project": book.title, "html_title": book.title} | SETTINGS
+    return "".join(f"{name} = {value!r}\n" for name, value in settings.items())
+
+
+def first(book: Book) -> str:
+    """index.md: what the book is, its cover figure, its chapters."""
+    where = next(chapter for chapter in book.chapters if book.cover in chapter.figures)
+    cover = _card(FIGURES[book.cover], where)
+    return _filled("index.md", book=book, cover=cover)
+
+
+def gallery(book: Book) -> str:
+    """gallery.md: every figure, with links to its chapter and to its source."""
+    chapters = {name: chapter for chapter in book.chapters for name in chapter.figures}
+    papers: dict[str, list[dict[str, str]]] = {}
+    for entry in FIGURES.values():
+        cards = papers.setdefault(_headline(entry.function.__module__), [])
+        cards.append(_card(entry, chapters[entry.name]))
+    return _filled("gallery.md", papers=papers)
+
+
+def _headline(module: str) -> str:
+    """The first sentence of a module's text."""
+    text = inspect.getdoc(importlib.import_module(module)) or ""
+    return text.partition("\n")[0].rstrip(".")
+
+
+def _card(entry: Entry, chapter: Chapter) -> dict[str, str]:
+    """What a page needs to know of a figure."""
+    return {
+        "name": entry.name,
+        "title": entry.title,
+        "chapter": chapter.title,
+        "page": f"{chapter.name}.html",
+        "anchor": anchor(entry.name),
+        "picture": f"{FILES}/{entry.name}.webp",
+        "source": source_page(entry.function),
+    }
+
+
+def anchor(name: str) -> str:
+    """The HTML id under which a figure is found on its chapter's page."""
+    return "fig-" + name.replace(".", "-")
+
+
+def source_page(function: Callable) -> str:
+    """Where the source of a function stands in the site."""
+    page = function.__module__.replace(".", "/")
+    return f"_modules/{page}.html#{function.__name__}"
+
+
+def claims(results: list[Result]) -> str:
+    """claims.md: every judged claim with its numbers and its verdict."""
+    verdicts = [result.verdict for result in results]
+    modules = dict.fromkeys(result.claim.function.__module__ for result in results)
+    return _filled(
+        "claims.md",
+        results=results,
+        counts={verdict: verdicts.count(verdict) for verdict in BADGES},
+        badges=BADGES,
+        items=ITEMS,
+        grounds=GROUNDS,
+        rule=RULE,
+        usual=SEEDS,
+        modules=list(modules),
+    )
+
+
+def leaderboard(boards: Iterable[ranks.Board]) -> str:
+    """leaderboard.md: how well each tracker follows, and how sure that is."""
+    return _filled(
+        "leaderboard.md",
+        boards=[_ranked(board) for board in boards],
+        head=ranks.HEAD,
+        legend=ranks.LEGEND,
+    )
+
+
+def _ranked(board: ranks.Board) -> dict[str, Any]:
+    """What the page needs to know of a board."""
+    places = ranks.ranking(board.rows)
+    return {
+        "title": board.title,
+        "data": board.data,
+        "extent": ranks.extent(board),
+        "overall": ranks.overall(places),
+        "by_sequence": ranks.by_sequence(places),
+        "refusals": ranks.refusals(board.rows),
+    }
+
+
+def tasks() -> str:
+    """tasks.md: what one wants to do with the library, each in a few lines."""
+    return (HERE / "templates" / "tasks.md").read_text(encoding="utf-8")
+
+
+def modules() -> list[str]:
+    """The names of all modules of the library, but for the door of the command line."""
+    found = pkgutil.walk_packages(mkt.__path__, "mkt.")
+    return ["mkt", *(info.name for info in found if info.name != "mkt.__main__")]
+
+
+def library(names: Iterable[str]) -> str:
+    """api/index.rst, the map of the library with these modules."""
+    return _filled("api/index.rst", modules=names)
+
+
+def module(name: str) -> str:
+    """api/NAME.rst, the reference of a module."""
+    return _filled("api/module.rst", module=name)
+
+
+def moved() -> dict[str, str]:
+    """Pages under the old names of modules, {path in the site: text}.
+
+    Both the reference and the source of a module lead on to the reference of the new
+    one.
+    """
+    table = tomllib.loads((HERE / "moved.toml").read_text(encoding="utf-8"))
+    pages = {}
+    for old, new in table["modules"].items():
+        target = f"{new}.html"
+        pages[f"api/{old}.html"] = _filled("moved.html", old=old, new=new, to=target)
+    for old, new in (table["modules"] | table["sources"]).items():
+        up = "../" * (old.count(".") + 1)
+        path = f"_modules/{old.replace('.', '/')}.html"
+        pages[path] = _filled("moved.html", old=old, new=new, to=f"{up}api/{new}.html")
+    return pages

@@ -1,0 +1,87 @@
+"""The pictures of the gallery, and what can be saved under every figure.
+
+A figure's picture, its PDF and its table are kept under what they depend on, so one
+that changed is drawn anew by itself.
+"""
+
+import io
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from joblib import Parallel, delayed
+from matplotlib.figure import Figure
+from tqdm import tqdm
+
+from mkt.course.book import depends
+from mkt.experiments.cache import Shelf
+from mkt.figures import export
+from mkt.figures.registry import FIGURES
+
+THUMBNAIL_DPI, QUALITY = 100, 80
+LARGEST_PDF = 500_000  # [bytes]
+# What is drawn of each figure, by the ending of the file.
+DRAWN = {
+    ending: Shelf("pictures", ending, bytes, bytes)
+    for ending in (".webp", ".pdf", ".csv")
+}
+
+
+def drawn() -> dict[str, bytes]:
+    """{file name: content} of what is drawn of every figure.
+
+    Those that are not known are drawn, on all cores.
+    """
+    how = THUMBNAIL_DPI, QUALITY, LARGEST_PDF
+    keys = {name: depends.of_picture(entry, how) for name, entry in FIGURES.items()}
+    known = {name: _kept(key) for name, key in keys.items()}
+    missing = [name for name, files in known.items() if files is None]
+    for name, files in _draw_all(missing):
+        known[name] = files
+        for ending, content in files.items():
+            DRAWN[ending].put(keys[name], content)
+    return {
+        f"{name}{ending}": content
+        for name, files in known.items()
+        for ending, content in (files or {}).items()
+    }
+
+
+def _kept(key: str) -> dict[str, bytes] | None:
+    """What was drawn of a figure, None where a part of it is missing."""
+    files = {ending: shelf.get(key) for ending, shelf in DRAWN.items()}
+    return None if None in files.values() else files
+
+
+def _draw_all(names: list[str]) -> Iterator[tuple[str, dict[str, bytes]]]:
+    """What `_draw` returns for each figure, as they come."""
+    with warnings.catch_warnings():
+        # joblib replaces a worker that has grown large, and nothing is lost.
+        warnings.filterwarnings("ignore", "A worker stopped")
+        workers = Parallel(n_jobs=-1, return_as="generator_unordered")
+        results: Any = workers(delayed(_draw)(name) for name in names)
+        quiet = None if names else True
+        yield from tqdm(
+            results, "figures", total=len(names), unit="figure", disable=quiet
+        )
+
+
+def _draw(name: str) -> tuple[str, dict[str, bytes]]:
+    """The name of a figure, and {ending: content} of what is drawn of it."""
+    entry = FIGURES[name]
+    fig, shown = entry.draw(THUMBNAIL_DPI)
+    files = {".webp": _thumbnail(fig)}
+    with TemporaryDirectory() as folder:
+        for ending in (".pdf", ".csv"):
+            path = Path(folder, f"figure{ending}")
+            export.save(fig, shown, path, export.facts(entry, {}), LARGEST_PDF)
+            files[ending] = path.read_bytes()
+    return name, files
+
+
+def _thumbnail(fig: Figure) -> bytes:
+    picture = io.BytesIO()
+    fig.savefig(picture, format="webp", pil_kwargs={"quality": QUALITY})
+    return picture.getvalue()

@@ -1,0 +1,176 @@
+"""The site: Sphinx's sources are laid out in a folder, then Sphinx makes pages of them.
+
+Nothing is executed here.
+"""
+
+import copy
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import nbformat
+from nbformat import NotebookNode
+
+from mkt.course.book import pages, pictures
+from mkt.course.book.checks import figure_cells
+from mkt.course.book.contents import NOTEBOOKS, Book, BookError
+from mkt.experiments.claims import Result
+from mkt.experiments.leaderboard import Board
+from mkt.figures.static_panel import FILES, SCRIPT
+from mkt.files import named
+
+STYLE = Path(__file__).with_name("mkt.css")
+PICTURE = "image/png"
+
+
+def make(
+    book: Book,
+    notebooks: Mapping[str, NotebookNode],
+    results: list[Result],
+    boards: list[Board],
+    folder: Path,
+) -> Path:
+    """Write the site.
+
+    Parameters
+    ----------
+    book : Book
+    notebooks : dict
+        Name of each chapter -> its executed notebook.
+    results : list of `mkt.experiments.claims.Result`
+    boards : list of `mkt.experiments.leaderboard.Board`
+    folder : Path
+
+    Returns
+    -------
+    Path
+        Of the first page.
+
+    Raises
+    ------
+    BookError
+        When Sphinx fails.
+    OSError
+        When there is no room.
+    """
+    source = folder / "source"
+    texts = _pages(book, results, boards) | _reference() | _chapters(notebooks)
+    files = {name: text.encode() for name, text in texts.items()}
+    drawn = {f"{FILES}/{name}": content for name, content in pictures.drawn().items()}
+    with named(source):
+        write(files | drawn, source)
+    return render(source, folder)
+
+
+def _pages(book: Book, results: list[Result], boards: list[Board]) -> dict[str, str]:
+    """{path below the source folder: text} of what stands round the chapters."""
+    return {
+        "conf.py": pages.configuration(book),
+        "index.md": pages.first(book),
+        "gallery.md": pages.gallery(book),
+        "claims.md": pages.claims(results),
+        "leaderboard.md": pages.leaderboard(boards),
+        "tasks.md": pages.tasks(),
+        "symbols.md": (NOTEBOOKS / "symbols.md").read_text(encoding="utf-8"),
+        f"_static/{STYLE.name}": STYLE.read_text(encoding="utf-8"),
+        f"_static/{SCRIPT.name}": SCRIPT.read_text(encoding="utf-8"),
+    }
+
+
+def _reference() -> dict[str, str]:
+    """The same of the pages of the library, under their names of today and of old."""
+    _, *names = pages.modules()
+    reference = {f"api/{name}.rst": pages.module(name) for name in names}
+    old = {f"moved/{name}": text for name, text in pages.moved().items()}
+    return {"api/index.rst": pages.library(names)} | reference | old
+
+
+def _chapters(notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
+    """The same of the chapters."""
+    return {
+        f"{name}.ipynb": nbformat.writes(prepare(notebook))
+        for name, notebook in notebooks.items()
+    }
+
+
+def write(files: Mapping[str, bytes], folder: Path) -> None:
+    """Make a folder hold these files, {path: content}, and no others.
+
+    It touches only what differs, so that Sphinx reads no page twice.
+    """
+    for path in folder.rglob("*"):
+        if path.is_file() and path.relative_to(folder).as_posix() not in files:
+            path.unlink()
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.is_file() or path.read_bytes() != content:
+            path.write_bytes(content)
+
+
+def prepare(notebook: NotebookNode) -> NotebookNode:
+    """An executed notebook as the page shows it.
+
+    It has a place to jump to before each figure, alternative texts, and no reprs of
+    drawing calls.
+    """
+    page = copy.deepcopy(notebook)
+    figures = {cell.id: names for cell, names in figure_cells(page)}
+    placed: set[str] = set()
+    cells = []
+    for cell in page.cells:
+        fresh = [name for name in figures.get(cell.id, ()) if name not in placed]
+        placed.update(fresh)
+        cells += [_place(name) for name in fresh]
+        if cell.cell_type == "code":
+            _describe(cell)
+        cells.append(cell)
+    page.cells = cells
+    return page
+
+
+def _place(name: str) -> NotebookNode:
+    """A cell to jump to."""
+    anchor = pages.anchor(name)
+    return nbformat.v4.new_markdown_cell(f'<span id="{anchor}"></span>', id=anchor)
+
+
+def _describe(cell: NotebookNode) -> None:
+    """Give the picture of a cell its text, and leave out what drawing calls return."""
+    pictures = [output for output in cell.outputs if PICTURE in output.get("data", {})]
+    if not pictures:
+        return
+    cell.outputs = [
+        output
+        for output in cell.outputs
+        if output.output_type != "execute_result" or output in pictures
+    ]
+    about = pictures[0].metadata.get(PICTURE, {})
+    text = about.get("alt", "What the cell above draws")
+    cell.metadata["mystnb"] = {"image": {"alt": text}}
+
+
+def render(source: Path, folder: Path) -> Path:
+    """Let Sphinx write the site beside the old one, then put it in its place.
+
+    Returns
+    -------
+    Path
+        Of the first page.
+
+    Raises
+    ------
+    BookError
+        When Sphinx fails.
+    """
+    fresh, site = folder / "html.fresh", folder / "html"
+    shutil.rmtree(fresh, ignore_errors=True)
+    program = [sys.executable, "-m", "sphinx", "-b", "html"]
+    quiet = [] if sys.stdout.isatty() else ["-q"]
+    if subprocess.call([*program, *quiet, "-d", folder / "doctrees", source, fresh]):
+        raise BookError("Sphinx could not write the site, see above")
+    shutil.rmtree(site, ignore_errors=True)
+    fresh.replace(site)
+    return site / "index.html"

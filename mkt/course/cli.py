@@ -1,0 +1,74 @@
+"""The command line of ``python3 -m mkt``: which commands there are, and one door out.
+
+Reading order: `parser`, `parse`, `run`.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from mkt.course.commands import (
+    bench,
+    book,
+    claims,
+    data,
+    doctor,
+    figure,
+    lab,
+    labs,
+    test,
+    track,
+)
+
+# In the order in which --help names them.
+COMMANDS = (book, test, lab, figure, claims, track, bench, data, doctor, labs)
+HANDING_ON = ("test", "lab")  # their unknown words go to pytest and to JupyterLab
+NOTE = (
+    "The first command sets up .venv from environment.txt (a minute or two; with uv "
+    "installed, seconds)."
+)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
+    top = argparse.ArgumentParser(
+        prog="python3 -m mkt",
+        epilog=NOTE,
+        description="Multiple kernel tracking: the library, its book and its tests.",
+    )
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for module in COMMANDS:
+        module.add(commands)
+    return top
+
+
+def parse(words: Sequence[str]) -> argparse.Namespace:
+    """Parse command-line words.
+
+    Exits with a message when they make no sense, or after --help.
+    """
+    top = parser()
+    if not words:
+        top.print_help()
+        sys.exit(2)
+    args, args_rest = top.parse_known_args(words)
+    if args_rest and args.command not in HANDING_ON:
+        top.error(f"unrecognized arguments: {' '.join(args_rest)}")
+    wrong = args.check(args) if "check" in args else None
+    if wrong:
+        top.error(wrong)
+    args.rest = args_rest
+    return args
+
+
+def run(args: argparse.Namespace) -> int | None:
+    """Run a parsed command; returns the exit code, None for 0.
+
+    Input that cannot be used ends the program with one line.
+    """
+    try:
+        return args.run(args)
+    except BrokenPipeError:  # a reader who has read enough, see mkt/__main__.py
+        raise
+    except (ValueError, OSError) as error:
+        sys.exit(f"mkt {args.command}: {error}")

@@ -1,0 +1,49 @@
+"""The commands of ``python3 -m mkt``, a module for each.
+
+A command module has `add`, which describes its words to argparse, and `run`, which does
+the work and returns the exit code or None.  Nothing heavy is imported before a command
+runs, so that --help needs no installed package.  What is wrong with its input a command
+raises as ValueError or OSError; `mkt.course.cli` says it in one line.
+"""
+
+import argparse
+from collections.abc import Callable
+from typing import Any
+
+Commands = Any  # argparse's own type for sub-commands is private
+
+
+def command(
+    commands: Commands,
+    name: str,
+    run: Callable[[argparse.Namespace], int | None],
+    summary: str,
+    text: str,
+    *examples: str,
+) -> argparse.ArgumentParser:
+    """A new command.
+
+    Parameters
+    ----------
+    commands
+        Of argparse.
+    name : str
+    run : callable
+        The parsed words -> the exit code, None for 0.
+    summary : str
+        For the list of commands.
+    text : str
+        For its own help.
+    *examples : str
+        Lines without ``python3 -m mkt``; the bare command by default.
+    """
+    lines = "\n".join(f"  python3 -m mkt {words}" for words in examples or (name,))
+    parser = commands.add_parser(
+        name,
+        help=summary,
+        description=text,
+        epilog=f"examples:\n{lines}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(run=run)
+    return parser

@@ -1,0 +1,30 @@
+"""``test`` runs pytest on the checkout."""
+
+import os
+
+from mkt.course.commands import Commands, command
+from mkt.files import ROOT
+
+
+def add(commands: Commands) -> None:
+    """Describe the command."""
+    parser = command(
+        commands,
+        "test",
+        run,
+        "run the tests",
+        "Runs pytest.  Everything after `test` is handed to it.",
+        "test",
+        'test -m "not slow"',
+        "test -k histograms",
+        "test tests/test_regions.py -x -n 0",
+    )
+    parser.usage = "python3 -m mkt test [-h] [PYTEST ARGUMENT ...]"
+
+
+def run(args) -> int:
+    """Run pytest on the checkout."""
+    import pytest
+
+    os.chdir(ROOT)
+    return pytest.main(args.rest)

@@ -1,0 +1,156 @@
+"""``track`` follows an object in a video of the user's own."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from mkt.course.commands import Commands, command
+
+TRACKER = "guided"
+INTERRUPTED = 130  # what shells expect of a program stopped by Ctrl-C
+ASKED = 2  # the box is still to be read off
+
+
+def add(commands: Commands) -> None:
+    """Describe the command."""
+    parser = command(
+        commands,
+        "track",
+        run,
+        "track an object in a video of your own",
+        "Follows what is inside a box of the first frame, and writes the video with\n"
+        "what was found drawn into it (green; dashed red where the tracker says that\n"
+        "it lost it), a table beside it (.csv), and the settings that give the same\n"
+        "track again (.json).  Without --box it shows the first frame under a grid,\n"
+        "to read the box off.  Ctrl-C ends it and keeps what was done so far.",
+        "track ball.mp4",
+        "track ball.mp4 --box 120,80,60,40",
+        "track holiday/ --box 120,80,60,40,-30 --tracker combined --particles 200 "
+        "-o found.avi",
+        "track --settings found.json",
+    )
+    parser.set_defaults(check=check)
+    _add_words(parser.add_argument)
+
+
+def _add_words(add_argument: Callable) -> None:
+    """Say which words the command takes."""
+    add_argument(
+        "video", nargs="?", metavar="VIDEO", help="a video file, or a folder of images"
+    )
+    add_argument(
+        "--box",
+        metavar="X,Y,W,H[,ANGLE]",
+        help="where the target is in the first frame: upper left corner, width and "
+        "height [px], and, if you like, a clockwise rotation about its centre "
+        "[degrees]",
+    )
+    add_argument(
+        "--tracker",
+        default=TRACKER,
+        metavar="NAME",
+        help="guided (the default), combined, ssd, mil, ...; a wrong name lists all",
+    )
+    add_argument(
+        "--particles",
+        type=int,
+        metavar="N",
+        help="number of particles; the tracker's own by default",
+    )
+    add_argument(
+        "--seed",
+        type=int,
+        default=0,
+        metavar="S",
+        help="of the tracker's chance (0); the same seed gives the same track",
+    )
+    add_argument(
+        "--settings",
+        type=Path,
+        metavar="FILE",
+        help="track again as this .json file says, which an earlier run wrote; with "
+        "VIDEO if that has moved",
+    )
+    add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="video to write: .webm, .mkv (lossless) or .avi; VIDEO-NAME.webm by "
+        "default",
+    )
+
+
+def check(args) -> str | None:
+    """What is wrong with the words after `track`, None if nothing is.
+
+    They name a video, or settings that name one and leave nothing to say.
+    """
+    if args.settings is None and args.video is None:
+        return "track needs a VIDEO, or --settings FILE"
+    said = args.box, args.tracker, args.particles, args.seed
+    if args.settings and said != (None, TRACKER, None, 0):
+        return (
+            "--settings says box, tracker, particles and seed; leave these out, or "
+            "change them in a copy of the file"
+        )
+    return None
+
+
+def run(args) -> int | None:
+    """Track in a video of the user's own, or show its first frame to read a box off."""
+    if args.settings is None and args.box is None:
+        return _ask(args)
+    return _track(args)
+
+
+def _ask(args) -> int:
+    from mkt.own_video import recording, settings
+    from mkt.sequences.formats import video
+
+    # A wrong name is said now, not after the box was read off.
+    settings.with_numbers(args.tracker, _particles(args))
+    clip = video(args.video)
+    print(recording.ask_for_box(clip, _output(args, args.video)), file=sys.stderr)
+    return ASKED
+
+
+def _track(args) -> int | None:
+    from mkt.own_video import recording, settings
+
+    if args.settings:
+        chosen = settings.load(args.settings, args.video)
+    else:
+        box, numbers = settings.parse_box(args.box), _particles(args)
+        chosen = settings.settled(args.video, box, args.tracker, numbers, args.seed)
+    output = _output(args, chosen.video)
+    clip, tracker = chosen.sequence(), chosen.configured()
+    done = recording.record(tracker, clip, output, chosen.seed, title=chosen.tracker)
+    chosen.save(output.with_suffix(".json"))
+    for ending in (output.suffix, ".csv", ".json"):
+        print(output.with_suffix(ending))
+    changed = settings.changed_versions(chosen) if args.settings else ""
+    if changed:
+        print(f"the track may differ in its last digits: {changed}", file=sys.stderr)
+    if done == len(clip):
+        return None
+    print(
+        f"stopped: {done} of {len(clip)} frames are in both, up to frame {done - 1}",
+        file=sys.stderr,
+    )
+    return INTERRUPTED
+
+
+def _particles(args) -> dict[str, float]:
+    return {} if args.particles is None else {"n": args.particles}
+
+
+def _output(args, source: str) -> Path:
+    """Where the video goes: -o, or a name made from what is tracked, in this folder."""
+    from mkt.own_video.recording import checked_output
+
+    if args.settings:
+        name = f"{args.settings.stem}-again"
+    else:
+        name = f"{Path(source).resolve().stem}-{args.tracker}"
+    return checked_output(args.output or f"{name}.webm", source)

@@ -1,0 +1,91 @@
+"""Figures in words: what the command line lists, and what NAME=VALUE means."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from mkt.figures.registry import FIGURES, Entry
+
+SHORT = {"n": "particles"}  # as the papers call their number
+ANY = "Numbers need not be one of those listed, which are the positions of a slider."
+
+
+def listing(name: str | None = None) -> str:
+    """The names of all figures with their titles, or the parameters of one, as text.
+
+    Raises
+    ------
+    ValueError
+        For an unknown figure.
+    """
+    if name is None:
+        return "\n".join(f"{e.name:24} {e.title}" for e in FIGURES.values())
+    entry = FIGURES[name]
+    rows = [_parameter(entry, name, value) for name, value in entry.defaults.items()]
+    short = [f"{word} means {name}." for word, name in _short(entry).items()]
+    return "\n".join([f"{entry.name}: {entry.title}", *rows, ANY, *short])
+
+
+def _parameter(entry: Entry, name: str, value: Any) -> str:
+    if name not in entry.sliders:
+        return f"  {name}={value}"
+    positions = ", ".join(map(str, entry.values(name)))
+    return f"  {name}={value}    one of {positions}"
+
+
+def _short(entry: Entry) -> dict[str, str]:
+    """{short name: parameter} as far as the figure has it and no other of that name."""
+    known = entry.defaults
+    return {
+        word: name
+        for word, name in SHORT.items()
+        if name in known and word not in known
+    }
+
+
+def parameters(entry: Entry, assignments: Iterable[str]) -> dict[str, Any]:
+    """The parameters of a figure from words ``name=value``.
+
+    Each value is of the type of the paper's.  Numbers need not be positions of a
+    slider, words must.
+
+    Raises
+    ------
+    ValueError
+        That names what is wrong.
+    """
+    result = {}
+    for word in assignments:
+        name, equals, text = word.partition("=")
+        if not equals:
+            raise ValueError(f"{word!r} is not NAME=VALUE")
+        name = _short(entry).get(name, name)
+        if name not in entry.defaults:
+            short = [f"{word} for {known}" for word, known in _short(entry).items()]
+            raise ValueError(
+                f"{entry.name} has no parameter {name!r}; "
+                f"it takes {', '.join([*entry.defaults, *short])}"
+            )
+        result[name] = _value(entry, name, text)
+    return result
+
+
+def _value(entry: Entry, name: str, text: str) -> Any:
+    positions = entry.values(name) if name in entry.sliders else []
+    known = [entry.defaults[name], *positions]
+    # 5 among 2.5 and 10 is a float that was written short.
+    kind = max(map(type, known), key=(str, bool, int, float).index)
+    if kind in (int, float):
+        return _number(name, text, kind)
+    choices = {str(value): value for value in known}
+    if positions and text not in choices:
+        raise ValueError(f"{name}={text}: choose from {', '.join(map(str, positions))}")
+    return choices.get(text, text)
+
+
+def _number(name: str, text: str, kind: type) -> float:
+    try:
+        return kind(text)
+    except ValueError:
+        raise ValueError(
+            f"{name}={text}: not a number of type {kind.__name__}"
+        ) from None

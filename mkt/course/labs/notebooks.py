@@ -1,0 +1,160 @@
+"""What a lab is: a notebook whose cells carry nbgrader's metadata, in four roles.
+
+========  ===================  ====================================================
+role      nbgrader's metadata  in the student's version
+========  ===================  ====================================================
+solution  solution             a stub replaces what stands between the marks
+check     grade, locked        without its hidden tests; cannot be edited
+question  solution, grade      a text cell: a stub replaces the model answer, and a
+                               person reads the student's
+given     locked               the same, but cannot be edited
+========  ===================  ====================================================
+
+All other cells are the student's own to change; the cell with the id "teacher", which
+says whose version this is, is left out.
+"""
+
+import copy
+import re
+from pathlib import Path
+
+import nbformat
+from nbformat import NotebookNode
+
+from mkt.course.book.contents import NOTEBOOKS
+from mkt.files import whole
+
+FOLDER = NOTEBOOKS / "labs"  # the teacher's versions
+HANDOUT = NOTEBOOKS / "handout"  # the students', where JupyterLab shows them
+# Those of nbgrader.
+STUBS = {
+    "code": "# YOUR CODE HERE\nraise NotImplementedError()",
+    "markdown": "YOUR ANSWER HERE",
+}
+# By nbgrader's "solution", "grade" and "locked".
+_ROLES = {
+    (True, False, False): "solution",
+    (False, True, True): "check",
+    (True, True, False): "question",
+    (False, False, True): "given",
+}
+
+
+def labs() -> dict[str, NotebookNode]:
+    """The labs with their solutions, {name: notebook}, in order."""
+    paths = sorted(FOLDER.glob("*.ipynb"))
+    return {path.stem: nbformat.read(path, 4) for path in paths}
+
+
+def role(cell: NotebookNode) -> str | None:
+    """The role of a cell (see the module's text), or None."""
+    meta = cell.metadata.get("nbgrader", {})
+    solution, grade, locked = (
+        bool(meta.get(key)) for key in ("solution", "grade", "locked")
+    )
+    return _ROLES.get((solution, grade, locked))
+
+
+def name(cell: NotebookNode) -> str:
+    """What a cell is called in reports: its grade_id, or "cell" and its id.
+
+    The latter has a blank in it, so that it cannot pass for a grade_id.
+    """
+    return cell.metadata.get("nbgrader", {}).get("grade_id") or f"cell {cell.get('id')}"
+
+
+def points(cell: NotebookNode) -> float:
+    """The points of a check or of a question."""
+    return cell.metadata["nbgrader"]["points"]
+
+
+def of_role(notebook: NotebookNode, *roles: str) -> dict[str, NotebookNode]:
+    """The cells of a notebook in these roles, {grade_id: cell}, in order.
+
+    Of two with the same grade_id it is the last.
+    """
+    return {name(cell): cell for cell in notebook.cells if role(cell) in roles}
+
+
+def headings(notebook: NotebookNode) -> dict[str, str]:
+    """Where each cell is found in JupyterLab, which shows no ids.
+
+    Returns
+    -------
+    dict
+        Name of the cell -> the heading above it, or else its name.
+    """
+    places = {}
+    heading = None
+    for cell in notebook.cells:
+        if cell.cell_type == "markdown":
+            titles = re.findall(r"^#+ (.+)$", cell.source, re.MULTILINE)
+            heading = titles[-1] if titles else heading
+        places[name(cell)] = f'under "{heading}"' if heading else name(cell)
+    return places
+
+
+def released(lab: NotebookNode) -> NotebookNode:
+    """The student's version of a lab: without solutions and hidden tests."""
+    student = copy.deepcopy(lab)
+    student.cells = [cell for cell in student.cells if cell.get("id") != "teacher"]
+    for cell in student.cells:
+        cell.source = _without(cell.source, "HIDDEN TESTS")
+        if role(cell) in ("solution", "question"):
+            cell.source = _without(cell.source, "SOLUTION", STUBS[cell.cell_type])
+        if role(cell):
+            cell.metadata["deletable"] = False
+        if role(cell) in ("check", "given"):
+            cell.metadata["editable"] = False
+    return student
+
+
+def _without(source: str, mark: str, stub: str = "") -> str:
+    """A source without the lines between the marks, a stub in their place if given.
+
+    The stub is indented as they were.
+    """
+    lines: list[str] = []
+    inside = False
+    for line in source.split("\n"):
+        if f"### BEGIN {mark}" in line:
+            inside = True
+            indent = line[: len(line) - len(line.lstrip())]
+            lines += [indent + text for text in stub.splitlines()]
+        elif f"### END {mark}" in line:
+            inside = False
+        elif not inside:
+            lines.append(line)
+    return "\n".join(lines)
+
+
+def release(folder: Path) -> dict[Path, bool]:
+    """Write the student's version of every lab into a folder.
+
+    Returns
+    -------
+    dict
+        Path -> whether it was written: a file that is there already may have work in
+        it, and stays.
+
+    Raises
+    ------
+    ValueError
+        Where that is the folder of the labs themselves, whose solutions would be lost.
+    """
+    if folder.resolve() == FOLDER.resolve():
+        raise ValueError(
+            f"-o {folder}: that is where the labs with their solutions are; "
+            "choose another folder"
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    places = {folder / f"{title}.ipynb": lab for title, lab in labs().items()}
+    return {path: _written(path, lab) for path, lab in places.items()}
+
+
+def _written(path: Path, lab: NotebookNode) -> bool:
+    if path.exists():
+        return False
+    with whole(path) as half:
+        half.write_text(nbformat.writes(released(lab)) + "\n", encoding="utf-8")
+    return True

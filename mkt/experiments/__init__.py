@@ -1,0 +1,1 @@
+"""What is asked of trackers: many runs, their statistics, claims, the leaderboard."""

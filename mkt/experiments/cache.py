@@ -1,0 +1,246 @@
+"""What has been computed already, kept on disk.
+
+That is runs, their numbers, chapters and pictures.
+
+A `Shelf` keeps results of one kind under a `key` of all that they depend on.  Each is
+written as a whole, and whatever cannot be read counts as missing, so that two programs
+may use a shelf at once and an interrupted one leaves nothing half-done.
+
+`code_of` says which code a result depends on: the files of the package that can be
+reached from a tracker or a source by its imports.  Comments, docstrings and layout are
+no part of it, nor are figures and pages, which trackers do not import.
+"""
+
+import ast
+import functools
+import hashlib
+import importlib.metadata
+import inspect
+import io
+import json
+import os
+import sys
+import time
+import zipfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mkt.files import PACKAGE, ROOT, whole
+
+NUMERICAL = (
+    "numpy",
+    "scipy",
+    "opencv-python-headless",
+    "shapely",
+    "scikit-image",
+    "control",
+)
+MOST = 2e9  # bytes of a shelf; beyond it what has not been used for longest goes
+PICKLES = (
+    "O",
+)  # kinds of arrays that are not kept, because to read them is to run them
+
+
+def folder() -> Path:
+    """Where everything is kept: MKT_CACHE, or ``.cache`` in the clone."""
+    return Path(os.environ.get("MKT_CACHE") or ROOT / ".cache")
+
+
+def key(*parts: Any) -> str:
+    """A name for what depends on these parts and nothing else, by what they print."""
+    return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()[:32]
+
+
+class Shelf:
+    """Results of one kind, a file for each.
+
+    Parameters
+    ----------
+    name : str
+        Of its folder below `folder`.
+    ending : str
+        Of its files.
+    write : callable
+        A result -> bytes.
+    read : callable
+        Bytes -> the result; whatever error it raises means that there is none.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        ending: str,
+        write: Callable[[Any], bytes],
+        read: Callable[[bytes], Any],
+    ):
+        self.name, self._ending = name, ending
+        self._write, self._read = write, read
+        self._tidied = False
+
+    def place(self, key: str) -> Path:
+        """The file of a key, whether it is there or not."""
+        return folder() / self.name / f"{key}{self._ending}"
+
+    def get(self, key: str) -> Any:
+        """The result under a key, or None where there is none that can be read."""
+        place = self.place(key)
+        try:
+            result = self._read(place.read_bytes())
+            os.utime(place)  # it has been used
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            return None
+        return result
+
+    def put(self, key: str, result: Any) -> None:
+        """Keep a result under a key.  Raises OSError, as on a full disk."""
+        place = self.place(key)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with whole(place) as half:
+            half.write_bytes(self._write(result))
+        self._tidy(place.parent)
+
+    def kept(self, key: str, make: Callable[[], Any]) -> Any:
+        """The result under a key, made and kept where there is none."""
+        result = self.get(key)
+        if result is None:
+            result = make()
+            self.put(key, result)
+        return result
+
+    def _tidy(self, place: Path) -> None:
+        """Once in a program, remove what has not been used for longest."""
+        if self._tidied:
+            return
+        self._tidied = True
+        files = [(path.stat().st_mtime, path) for path in place.glob("*")]
+        files = sorted(file for file in files if file[0] < time.time() - 3600)
+        total = sum(path.stat().st_size for path in place.glob("*"))
+        for _, path in files:
+            if total <= MOST:
+                return
+            total -= path.stat().st_size
+            path.unlink(missing_ok=True)
+
+
+def as_json(result: Any) -> bytes:
+    """A result of numbers, words, lists and dicts as text."""
+    return json.dumps(result).encode()
+
+
+def arrays_as_bytes(arrays: dict[str, np.ndarray]) -> bytes:
+    """Arrays by name as numpy's own file.  Raises ValueError for arrays of objects."""
+    wrong = [name for name, a in arrays.items() if np.asarray(a).dtype.kind in PICKLES]
+    if wrong:
+        raise ValueError(f"{wrong[0]} is an array of objects, which cannot be kept")
+    file = io.BytesIO()
+    np.savez(file, **arrays)
+    return file.getvalue()
+
+
+def arrays_of(data: bytes) -> dict[str, np.ndarray]:
+    """Arrays by name from the bytes of `arrays_as_bytes`; ValueError for others."""
+    with np.load(io.BytesIO(data), allow_pickle=False) as file:
+        arrays = dict(file)
+    if not all(isinstance(array, np.ndarray) for array in arrays.values()):
+        raise ValueError("not arrays")
+    return arrays
+
+
+def identity(source: Any) -> str:
+    """What a source is known by: its own word for it, or what it prints."""
+    return source.identity() if hasattr(source, "identity") else repr(source)
+
+
+def code_of(*things: Any) -> str | None:
+    """A hash of the code that trackers, sources or modules can reach.
+
+    The versions of the packages that numbers depend on go into it too.  Returns None
+    where the code of one cannot be read, as of a class that was written in a notebook:
+    results of it cannot be kept.
+    """
+    files: list[Path] = []
+    for thing in things:
+        module = thing if inspect.ismodule(thing) else inspect.getmodule(type(thing))
+        path = getattr(module, "__file__", None)
+        if path is None:
+            return None
+        files.append(Path(path))
+    return _hash(tuple(sorted(set(files))))
+
+
+@functools.lru_cache(maxsize=256)
+def _hash(files: tuple[Path, ...]) -> str:
+    trees = [stripped(path) for path in reachable(files)]
+    return hashlib.sha256("\n".join([*versions(), *trees]).encode()).hexdigest()
+
+
+def versions() -> list[str]:
+    """Python and the packages that numbers depend on, each with its version."""
+    packages = [f"{name} {importlib.metadata.version(name)}" for name in NUMERICAL]
+    return [f"python {sys.version}", *packages]
+
+
+@functools.lru_cache(maxsize=512)
+def stripped(path: Path) -> str:
+    """The code of a file without comments, docstrings and layout."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list) and body and _is_text(body[0]):
+            body[0] = ast.Pass()
+    return ast.dump(tree)
+
+
+def _is_text(node: ast.AST) -> bool:
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
+
+
+def reachable(files: Iterable[Path]) -> list[Path]:
+    """The files of the package that some files can reach by imports, themselves too.
+
+    What a `mkt.registry.Registry` finds in a package is reached from where it is made.
+    """
+    found: set[Path] = set()
+    waiting = list(files)
+    while waiting:
+        path = waiting.pop()
+        if path not in found:
+            found.add(path)
+            waiting += imported(path)
+    return sorted(found)
+
+
+@functools.lru_cache(maxsize=512)
+def imported(path: Path) -> list[Path]:
+    """The files of the package that a file imports, anywhere in it."""
+    names: list[str] = []
+    files: list[Path] = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names += [f"{node.module}.{alias.name}" for alias in node.names]
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Registry":
+            packages = [ast.literal_eval(argument) for argument in node.args[1:2]]
+            for package in packages:
+                files += PACKAGE.parent.joinpath(*package.split(".")).rglob("*.py")
+    for name in names:
+        files += files_of(name)
+    return files
+
+
+def files_of(name: str) -> list[Path]:
+    """The files that the import of a dotted name runs, of the package alone."""
+    first, *parts = name.split(".")
+    if first != "mkt":
+        return []
+    places = [PACKAGE.joinpath(*parts[:k]) for k in range(1, len(parts) + 1)]
+    both = [(place.with_suffix(".py"), place / "__init__.py") for place in places]
+    return [file for pair in both for file in pair if file.is_file()]

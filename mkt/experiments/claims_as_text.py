@@ -1,0 +1,42 @@
+"""Judged claims as text for a terminal."""
+
+import textwrap
+
+from tabulate import tabulate
+
+from mkt.experiments.claims import RULE, Line, Result
+
+WIDTH = 132
+
+
+def as_text(results: list[Result]) -> str:
+    """The claims with their lines in aligned columns, and the rule."""
+    head = f"The papers' claims over {results[0].seeds} seeds: value [95 % interval]"
+    rule = "\n".join(textwrap.wrap(RULE, WIDTH))
+    return "\n\n".join([head, *map(_block, results), rule])
+
+
+def _block(result: Result) -> str:
+    claim = result.claim
+    table = tabulate([_cells(line) for line in result.lines], tablefmt="plain")
+    return "\n".join(
+        [
+            f"{claim.name}  {result.verdict.upper()}: {claim.sentence}",
+            f"       in the paper: {claim.printed}",
+            textwrap.indent(table, " " * 7),
+        ]
+    )
+
+
+def _cells(line: Line) -> tuple[str, str, str, str]:
+    return line.text, line.condition, measured(line), line.verdict
+
+
+def measured(line: Line) -> str:
+    """A line's value with its interval and unit, as text."""
+    value, low, high = map(_number, (line.value, line.low, line.high))
+    return f"{value} [{low}, {high}] {line.unit}".rstrip()
+
+
+def _number(value: float) -> str:
+    return f"{value:.3g}" if abs(value) < 100 else f"{value:.0f}"

@@ -1,0 +1,217 @@
+"""Many runs at once: trackers x sources x seeds, over processes, kept on disk.
+
+A `Job` is a tracker under a label, a source, and a seed; its result is one row of
+numbers.  Rows are kept (`mkt.experiments.cache`) under all that they depend on, each as
+a whole, so that an interrupted sweep goes on where it stopped (at most the sources
+under way are lost), two sweeps may run at once, and nothing stale is ever read.
+
+joblib runs the jobs, over this machine's processes by itself.  A sweep that outgrows
+the machine runs unchanged on a cluster with this package installed; rows come back over
+the network, so the machines need no common disk:
+
+    from dask.distributed import Client          # pip install distributed
+    from joblib import parallel_config
+
+    with Client("tcp://scheduler:8786"), parallel_config(backend="dask"):
+        rows = sweep(jobs(trackers, sources, range(5)))
+"""
+
+import json
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from itertools import groupby
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+from tqdm import tqdm
+
+from mkt import evaluation
+from mkt.evaluation import evaluate
+from mkt.experiments import cache
+from mkt.experiments.timing import Clocked, one_thread
+from mkt.files import whole
+from mkt.tracking import Source, Track, Tracker, follow, track
+
+NUMBERS = (
+    "overlap",
+    "hits",
+    "hits_of_all",
+    "area",
+    "position",
+    "orientation",
+    "scale",
+    "shrunk",
+    "lost",
+    "failed",
+    "silent",
+    "false_alarms",
+    "cpu_ms",
+    "evaluations",
+    "steps",
+)
+ROWS = cache.Shelf("rows", ".json", cache.as_json, json.loads)
+
+
+class Named(Source, Protocol):
+    """A source with a name, under which tables put its runs together."""
+
+    @property
+    def name(self) -> str:
+        """What tables call it."""
+        ...
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run.
+
+    Parameters
+    ----------
+    label : str
+        What tables call the tracker.
+    tracker : Tracker
+    source : Named
+    seed : int
+        Of the tracker's random numbers.
+    """
+
+    label: str
+    tracker: Tracker
+    source: Named
+    seed: int = 0
+
+    def key(self) -> str | None:
+        """Under which its row is kept, None where it cannot be."""
+        code = cache.code_of(self.tracker, self.source, evaluation)
+        if code is None:
+            return None
+        source = cache.identity(self.source)
+        return cache.key(self.label, self.tracker, source, self.seed, code)
+
+
+def jobs(
+    trackers: Mapping[str, Tracker],
+    sources: Iterable[Named],
+    seeds: Iterable[int] = (0,),
+) -> list[Job]:
+    """Every tracker on every source with every seed."""
+    every = list(seeds)
+    return [
+        Job(label, tracker, source, seed)
+        for source in sources
+        for label, tracker in trackers.items()
+        for seed in every
+    ]
+
+
+def run(job: Job) -> dict[str, Any]:
+    """Do one job.
+
+    Returns
+    -------
+    dict
+        tracker, source, seed, item, ground : who and what; the last two of drawn
+        scenes.
+        The numbers of `mkt.evaluation.evaluate`.
+        cpu_ms : CPU time [ms a frame], on a machine that is busy with other jobs.
+        evaluations : regions looked at in a frame.
+        steps : of the optimiser in a frame, over those in which it ran; NaN without.
+        refused : why the tracker would not start on this target, empty where it did;
+        all numbers are NaN then.
+    """
+    clip = job.source.sequence()
+    frames = Clocked(clip.frames)
+    clip = replace(clip, frames=frames)
+    row = {"tracker": job.label, "source": job.source.name, "seed": job.seed}
+    row |= {name: getattr(job.source, name, "") for name in ("item", "ground")}
+    try:
+        next(follow(job.tracker, clip, job.seed))
+    except ValueError as error:
+        return row | dict.fromkeys(NUMBERS, np.nan) | {"refused": str(error)}
+    frames.seconds, start = 0.0, time.process_time()
+    result = track(job.tracker, clip, job.seed)
+    seconds = time.process_time() - start - frames.seconds
+    cost = {"cpu_ms": 1e3 * seconds / len(clip)} | _effort(result)
+    return row | evaluate(result, clip) | cost | {"refused": ""}
+
+
+def _effort(result: Track) -> dict[str, float]:
+    """What a track took, on any machine."""
+    looked, steps = result.info["evaluations"], result.info.get("steps", np.empty(0))
+    return {"evaluations": _mean(looked[1:]), "steps": _mean(steps[steps > 0])}
+
+
+def _mean(numbers: np.ndarray) -> float:
+    """The mean, NaN of nothing."""
+    return float(np.mean(numbers)) if len(numbers) else np.nan
+
+
+def known(jobs: Iterable[Job]) -> list[dict[str, Any] | None]:
+    """The rows of the jobs that are kept, None for the others."""
+    return [None if key is None else ROWS.get(key) for key in (j.key() for j in jobs)]
+
+
+def sweep(jobs: Iterable[Job], processes: int = -1) -> pd.DataFrame:
+    """Do all jobs that are not yet known, in parallel, with a progress bar.
+
+    Parameters
+    ----------
+    jobs : iterable of Job
+    processes : int
+        At once; -1 for as many as there are cores.
+
+    Returns
+    -------
+    DataFrame
+        The rows of `run`, in the order of the jobs.
+
+    Raises
+    ------
+    OSError
+        When a row cannot be kept, as on a full disk; those before it are.
+    """
+    jobs = list(jobs)
+    rows = known(jobs)
+    missing = [k for k, row in enumerate(rows) if row is None]
+    done = Parallel(n_jobs=processes, return_as="generator_unordered")(
+        delayed(_run_group)(group) for group in _groups(jobs, missing)
+    )
+    quiet = None if missing else True
+    with tqdm(total=len(missing), desc="runs", unit="run", disable=quiet) as bar:
+        for fresh in done:
+            for k, row in fresh.items():
+                rows[k] = row
+                _keep(jobs[k], row)
+            bar.update(len(fresh))
+    return pd.DataFrame(rows)
+
+
+def _groups(jobs: list[Job], missing: list[int]) -> list[dict[int, Job]]:
+    """The missing jobs, those on one source together: each frame is rendered once."""
+
+    def source(k):
+        return cache.identity(jobs[k].source)
+
+    ordered = sorted(missing, key=source)
+    return [{k: jobs[k] for k in group} for _, group in groupby(ordered, source)]
+
+
+def _run_group(group: dict[int, Job]) -> dict[int, dict[str, Any]]:
+    with one_thread():
+        return {k: run(job) for k, job in group.items()}
+
+
+def _keep(job: Job, row: dict[str, Any]) -> None:
+    key = job.key()
+    if key is not None:
+        ROWS.put(key, row)
+
+
+def write_table(rows: pd.DataFrame, path: Path) -> None:
+    """Write a table as one CSV file with a head line.  Raises OSError."""
+    with whole(path) as half:
+        rows.to_csv(half, index=False, encoding="utf-8", lineterminator="\n")

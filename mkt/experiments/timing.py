@@ -1,0 +1,104 @@
+"""What work costs: CPU time, of this process, of one thread where that matters.
+
+Wall-clock times of different days say little.  Contenders therefore run in turn
+(`side_by_side`), and a ratio is the median of the ratios within a round.
+"""
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Sequence as Series
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import Any
+
+import cv2
+import numpy as np
+from threadpoolctl import ThreadpoolController
+from tqdm import tqdm
+
+from mkt.types import Array
+
+ROUNDS = 7
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """OpenCV and numpy's linear algebra with a single thread for a while.
+
+    Several stand in each other's way on a busy machine, and blur a measured time: what
+    one of them waits for another counts as its own.
+    """
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        with _controller().limit(limits=1):
+            yield
+    finally:
+        cv2.setNumThreads(before)
+
+
+@lru_cache(maxsize=1)
+def _controller() -> ThreadpoolController:
+    """The libraries that have threads; to look for them takes milliseconds."""
+    return ThreadpoolController()
+
+
+class Clocked:
+    """The frames of a sequence, and the CPU time [s] that it took to make them.
+
+    That time is not the tracker's.
+    """
+
+    def __init__(self, frames: Series):
+        self.frames, self.seconds = frames, 0.0
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def __getitem__(self, k):
+        start = time.process_time()
+        frame = self.frames[k]
+        self.seconds += time.process_time() - start
+        return frame
+
+
+def milliseconds(
+    work: Callable[[], Any],
+    repeats: int = 5,
+    clock: Callable[[], float] = time.thread_time,
+) -> float:
+    """CPU time of a piece of work [ms], the shortest of some repeats.
+
+    Nothing can make it shorter than it is.
+
+    Parameters
+    ----------
+    work : callable
+    repeats : int
+    clock : callable
+        `time.thread_time`, or `time.process_time` for work in several threads.
+    """
+    times = []
+    for _ in range(repeats):
+        start = clock()
+        work()
+        times.append(clock() - start)
+    return 1e3 * min(times)
+
+
+def side_by_side(
+    contenders: Mapping[Any, Callable[[], Any]], repeats: int = ROUNDS
+) -> dict[Any, Array]:
+    """CPU times of pieces of work that are done in turn.
+
+    Returns
+    -------
+    dict of (repeats,) arrays [ms]
+    """
+    times: dict[Any, list[float]] = {name: [] for name in contenders}
+    for _ in tqdm(range(repeats), disable=None, leave=False):
+        for name, work in contenders.items():
+            start = time.process_time()
+            work()
+            times[name].append(1e3 * (time.process_time() - start))
+    return {name: np.array(spent) for name, spent in times.items()}

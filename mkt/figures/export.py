@@ -1,0 +1,195 @@
+"""A figure as a file that says how it came about.
+
+It is a picture (.png, .pdf, .svg), or what it shows as a table (.csv).  Every file
+carries four facts: the title, the parameters, the versions, and the data.  It has no
+date in it, so that the same figure makes the same file.
+"""
+
+import io
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from PIL import Image
+from tqdm import tqdm
+
+import mkt
+from mkt.figures.registry import Entry, Shown
+from mkt.files import whole
+from mkt.plotting import in_style
+from mkt.sequences import benchmarks
+
+KEYS = {  # what each format calls the four facts
+    ".png": ("Title", "Comment", "Software", "Source"),
+    ".pdf": ("Title", "Keywords", "Creator", "Subject"),
+    ".svg": ("Title", "Keywords", "Creator", "Source"),
+    ".csv": ("Title", "Parameters", "Versions", "Data"),
+}
+UNDATED = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+SHARP_DPI, LIGHT_DPI = 200, 150
+PLACES = "%.6g"  # of the numbers in a table
+
+
+class Facts(NamedTuple):
+    """Title, parameters, versions and data of a figure, in words."""
+
+    title: str
+    parameters: str
+    versions: str
+    data: str
+
+
+def checked(path: Path | str) -> Path:
+    """The path of a file to write, before the long work rather than after it.
+
+    Raises
+    ------
+    ValueError, FileNotFoundError
+        That say what to do.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in KEYS:
+        raise ValueError(
+            f"{path}: the ending says what to write; take one of {', '.join(KEYS)}"
+        )
+    if not path.parent.is_dir():
+        raise FileNotFoundError(
+            f"no folder {path.parent} for {path.name}; make it first"
+        )
+    return path
+
+
+def write(entry: Entry, path: Path | str, parameters: Mapping[str, Any]) -> None:
+    """Draw a figure, with its defaults but for some parameters, into a file.
+
+    Its format is the one that the ending of the file names.
+
+    Raises
+    ------
+    ValueError
+        For another ending, an unknown parameter, or one that leaves nothing to draw.
+    FileNotFoundError
+        For a missing folder.
+    OSError
+    """
+    path = checked(path)
+    try:
+        fig, shown = entry.draw(SHARP_DPI, **parameters)
+    except (ValueError, IndexError, ArithmeticError) as error:
+        values = ", ".join(f"{name}={value}" for name, value in parameters.items())
+        raise ValueError(
+            f"{entry.name} cannot be drawn with {values or 'its defaults'}: {error}"
+        ) from error
+    with whole(path) as half:
+        save(fig, shown, half, facts(entry, parameters))
+
+
+def write_all(entries: Iterable[Entry], folder: Path, ending: str) -> None:
+    """Draw figures with their defaults into folder/NAME.ending, under a progress bar.
+
+    Raises
+    ------
+    OSError
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OSError(f"{folder} cannot be made a folder: {error.strerror}") from error
+    for entry in tqdm(list(entries), desc="figures", unit="figure", disable=None):
+        write(entry, folder / f"{entry.name}.{ending}", {})
+
+
+def facts(entry: Entry, parameters: Mapping[str, Any]) -> Facts:
+    """The four facts of a figure.
+
+    The data are what the caption says, and which benchmarks are there.
+
+    Parameters
+    ----------
+    entry : Entry
+    parameters : dict
+        Those that differ from the defaults.
+    """
+    values = entry.defaults | dict(parameters)
+    names = {found.archive.name for found in benchmarks.sequences()}
+    there = ", ".join(sorted(names)) or "none"
+    versions = (
+        f"mkt {mkt.__version__}, numpy {np.__version__}, "
+        f"matplotlib {matplotlib.__version__}, opencv {cv2.__version__}"
+    )
+    return Facts(
+        f"{entry.name}: {entry.title}",
+        ", ".join(f"{name}={value}" for name, value in values.items()),
+        versions,
+        " ".join(f"{entry.caption} Benchmarks at hand: {there}.".split()),
+    )
+
+
+def save(
+    fig: Figure, shown: Shown, path: Path, facts: Facts, largest: float = np.inf
+) -> None:
+    """Write a drawn figure, or what it shows, into a file.
+
+    Parameters
+    ----------
+    fig : Figure
+    shown : Shown
+    path : Path
+    facts : Facts
+    largest : float [bytes]
+        A larger PDF becomes one picture.
+    """
+    ending = path.suffix.lower()
+    named = dict(zip(KEYS[ending], facts, strict=True))
+    if ending == ".csv":
+        path.write_text(as_csv(shown, named), encoding="utf-8")
+        return
+    # Not the file itself: a PDF that cannot be written ends in an error that says
+    # nothing.
+    picture = io.BytesIO()
+    with in_style(), matplotlib.rc_context({"svg.hashsalt": "mkt"}):
+        metadata = named | UNDATED.get(ending, {})
+        fig.savefig(picture, format=ending[1:], metadata=metadata)
+    path.write_bytes(picture.getvalue())
+    if ending == ".pdf" and path.stat().st_size > largest:
+        _save_light(fig, path, named)
+
+
+def _save_light(fig: Figure, path: Path, named: Mapping[str, str]) -> None:
+    """A PDF of one JPEG, which matplotlib does not write: a tenth for film strips."""
+    sharp = io.BytesIO()
+    with in_style():
+        fig.savefig(sharp, dpi=LIGHT_DPI, format="png")
+    words = {name.lower(): text for name, text in named.items()}
+    undated = {"creationDate": None, "modDate": None}
+    picture = Image.open(sharp).convert("RGB")
+    picture.save(path, resolution=LIGHT_DPI, quality=85, **words, **undated)
+
+
+def as_csv(shown: Shown, named: Mapping[str, str]) -> str:
+    """What a figure shows as a table, under lines that begin with #.
+
+    These say how it came about, and what its facts are as far as they are short.
+    """
+    short = {name: fact for name, fact in shown.facts.items() if np.size(fact) <= 20}
+    lines = [f"{name}: {text}" for name, text in named.items()]
+    lines += [f"{name}: {_in_a_line(fact)}" for name, fact in short.items()]
+    head = "".join(f"# {line}\n" for line in lines)
+    return head + _rounded(shown.table).to_csv(index=False, lineterminator="\n")
+
+
+def _in_a_line(fact: Any) -> str:
+    words = np.array2string(np.asarray(fact), precision=6, separator=", ")
+    return " ".join(words.split())
+
+
+def _rounded(table: pd.DataFrame) -> pd.DataFrame:
+    """The table with numbers of a few places, so that it is no larger than it needs."""
+    numbers = table.select_dtypes("floating")
+    text = numbers.map(lambda value: "" if np.isnan(value) else PLACES % value)
+    return table.assign(**{str(name): text[name] for name in text})

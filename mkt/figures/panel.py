@@ -1,0 +1,195 @@
+"""The live figure in JupyterLab: sliders, and one image that follows every move.
+
+`mkt.figures.explore` makes a `Panel`.  Explained in notebook 01.
+"""
+
+import asyncio
+import gc
+import html
+import threading
+import time
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import cv2
+import ipywidgets
+from IPython.display import Image
+
+from mkt.figures.registry import Entry, Shown
+from mkt.figures.static_panel import caption, encoded, label, width
+
+LIVE_DPI, SHARP_DPI = 100, 160
+KEPT = 64  # pictures of a panel, about 15 MB
+QUICK = 0.5  # [s] of CPU for a drawing that may be made ahead
+PAUSE = 0.01  # [s] before it begins, so that a waiting move comes first
+TELL = 0.15  # [s] between two words on how far a run over a sequence is
+# JupyterLab has some moves answered by a second thread of the kernel, while the first
+# one draws another.
+_DRAWING = threading.Lock()
+
+
+class Drawing(NamedTuple):
+    """A picture as PNG, what it shows, and the CPU time [s] that both took."""
+
+    picture: bytes
+    shown: Shown
+    cost: float
+
+
+def picture(entry: Entry, parameters: Mapping[str, Any]) -> Image:
+    """A figure as a still picture, its caption the alternative text."""
+    fig, _ = entry.draw(SHARP_DPI, **parameters)
+    words = f"{entry.title} {entry.caption}".replace("\n", " ")
+    return Image(encoded(fig, ".png"), format="png", width=width(entry), alt=words)
+
+
+class Panel(ipywidgets.VBox):
+    """The live figure.
+
+    What was drawn is kept.  Where drawing is quick, the next step the same way is drawn
+    while the reader looks at this one.
+
+    Parameters
+    ----------
+    entry : Entry
+    fixed : dict
+        Parameters that keep their value and lose their slider.
+
+    Attributes
+    ----------
+    values : dict
+        Every parameter as it stands.
+    shown : Shown
+        What the figure's function returned for them.
+    """
+
+    def __init__(self, entry: Entry, fixed: Mapping[str, Any]):
+        self._entry, self._fixed = entry, dict(fixed)
+        free = [name for name in entry.sliders if name not in fixed]
+        self._controls = {name: _control(entry, name) for name in free}
+        self._image = ipywidgets.Image(
+            format="png",
+            width=width(entry),
+            layout={"max_width": "100%", "object_fit": "contain"},
+        )
+        self._trouble = ipywidgets.HTML()
+        self._progress = ipywidgets.FloatProgress(
+            max=1.0, layout={"visibility": "hidden", "width": "24em"}
+        )
+        self._drawn = lru_cache(KEPT)(self._draw)
+        self._show()  # a mistake in `fixed` ends the cell, as any mistake does
+        words = ipywidgets.HTML(caption(entry))
+        super().__init__([self._row(), self._image, self._trouble, words])
+        self.add_class("mkt-panel")
+        self._listen(True)
+
+    def _row(self) -> ipywidgets.HBox:
+        reset = ipywidgets.Button(
+            description="reset",
+            tooltip="back to where the sliders began",
+            layout={"width": "6em"},
+        )
+        reset.on_click(self.reset)
+        parts = [*self._controls.values(), reset, self._progress]
+        return ipywidgets.HBox(parts, layout={"flex_flow": "row wrap"})
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The parameters as they stand, {name: value}."""
+        moved = {name: control.value for name, control in self._controls.items()}
+        return self._entry.defaults | self._fixed | moved
+
+    def reset(self, _button: Any = None) -> None:
+        """Move every slider back to where it began, and show that at once."""
+        self._listen(False)
+        for name, control in self._controls.items():
+            control.value = self._entry.defaults[name]
+        self._listen(True)
+        self._redraw()
+
+    def _listen(self, on: bool) -> None:
+        for control in self._controls.values():
+            change = control.observe if on else control.unobserve
+            change(self._redraw, names="value")
+
+    def _redraw(self, change: Any = None) -> None:
+        """Show what the sliders say now.
+
+        One that is dragged never runs ahead of the drawing: the browser sends the
+        newest value once the last one is answered.
+        """
+        try:
+            self._show()
+            self._trouble.value = ""
+            if change and self._cost < QUICK:
+                self._look_ahead(change)
+        except Exception:
+            text = html.escape(traceback.format_exc(limit=-3))
+            style = "color: #b00020; white-space: pre-wrap"
+            self._trouble.value = f'<pre style="{style}">{text}</pre>'
+
+    def _show(self) -> None:
+        with _DRAWING:
+            drawing = self._drawn(tuple(self.values.items()))
+            self._image.value, self.shown, self._cost = drawing
+
+    def _draw(self, values: tuple[tuple[str, Any], ...]) -> Drawing:
+        """Draw the figure; what takes long shows how far it is."""
+        start, self._told = time.process_time(), time.monotonic()
+        try:
+            with _no_garbage():
+                fig, shown = self._entry.draw(LIVE_DPI, self._tell, **dict(values))
+                png = encoded(fig, ".png", cv2.IMWRITE_PNG_COMPRESSION, 1)
+            return Drawing(png, shown, time.process_time() - start)
+        finally:
+            self._progress.layout.visibility = "hidden"
+
+    def _tell(self, done: int, length: int) -> None:
+        if time.monotonic() > self._told + TELL:
+            self._told = time.monotonic()
+            self._progress.value = done / length
+            self._progress.description = f"{done} of {length}"
+            self._progress.layout.visibility = "visible"
+
+    def _look_ahead(self, change: Any) -> None:
+        options = [value for _, value in change.owner.options]
+        at = options.index(change.new)
+        beyond = 2 * at - options.index(change.old)
+        if abs(beyond - at) == 1 and 0 <= beyond < len(options):
+            values = self.values | {change.owner.description: options[beyond]}
+            with suppress(RuntimeError):  # no event loop, so no reader either
+                loop = asyncio.get_running_loop()
+                loop.call_later(PAUSE, self._draw_ahead, values)
+
+    def _draw_ahead(self, values: dict[str, Any]) -> None:
+        # An error will be told if it is ever asked for.
+        with suppress(Exception), _DRAWING:
+            self._drawn(tuple(values.items()))
+
+
+@contextmanager
+def _no_garbage() -> Iterator[None]:
+    """No search for garbage: among a figure's small objects it takes a tenth of it."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+def _control(entry: Entry, name: str) -> ipywidgets.Widget:
+    options = [(label(value), value) for value in entry.values(name)]
+    choice = isinstance(entry.sliders[name], list)
+    kind = ipywidgets.Dropdown if choice else ipywidgets.SelectionSlider
+    return kind(
+        options=options,
+        value=entry.defaults[name],
+        description=name,
+        style={"description_width": "5.5em"},
+        layout={"width": "24em"},
+    )

@@ -1,0 +1,221 @@
+"""One door to every figure.
+
+Notebook, book, command line and tests use the same registry.
+
+``@figure("teuliere2009.fig3", size=(9, 4), span=(0.4, 1.4, 0.1), bins=["hsv", "rgb"])``
+registers a drawing function ``fig3(fig, *, span=1.0, bins="hsv", ...)``.  Its *defaults
+are the paper's values* where the paper prints any, the decorator's keyword arguments
+are the *sliders*: ``(low, high, step)`` for numbers, a list for choices;
+``grid=("span", "bins")`` names two that move together where every position is drawn
+beforehand (`mkt.figures.static_panel`).
+
+The function draws on the `matplotlib.figure.Figure` it is given and returns what it
+shows as `Shown`: a tidy table, which is what a CSV file of the figure holds, and single
+facts, so that a test can measure what a reader sees.
+"""
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from mkt.experiments.timing import one_thread
+from mkt.plotting import in_style, new_figure
+from mkt.registry import Registry, natural
+from mkt.tracking import Progress
+
+# In the order of the book; those of no paper are called "own".
+PAPERS = ("teuliere2009", "nummiaro2003", "cordoba2014", "own")
+
+_listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
+
+
+def _order(name: str) -> tuple:
+    paper = name.partition(".")[0]
+    return PAPERS.index(paper) if paper in PAPERS else len(PAPERS), natural(name)
+
+
+FIGURES = Registry("figure", "mkt.papers", order=_order)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a figure shows, as numbers.
+
+    ``shown["x"]`` is the column x of the table, or the fact of that name.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Tidy: a row for each point that is drawn, its columns named with their units
+        where they have any, such as "x [px]".
+    facts : dict
+        Numbers, arrays and words that titles state or that follow from the table.
+    """
+
+    table: pd.DataFrame
+    facts: dict[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Any:
+        if name in self.facts:
+            return self.facts[name]
+        return self.table[name].to_numpy()
+
+
+def shown(table: Mapping[str, Any] | pd.DataFrame, **facts: Any) -> Shown:
+    """What a figure returns: columns that broadcast to one length, and facts."""
+    return Shown(pd.DataFrame(table), facts)
+
+
+def grid_columns(
+    rows: Mapping[str, Any], columns: Mapping[str, Any], **values: Any
+) -> pd.DataFrame:
+    """A surface as a tidy table.
+
+    Parameters
+    ----------
+    rows, columns : one-entry dict
+        The name and the values (m,) or (n,) of each axis.
+    **values : (m, n) arrays
+
+    Returns
+    -------
+    DataFrame
+        With m n rows.
+    """
+    (down, y), (across, x) = *rows.items(), *columns.items()
+    x, y = np.meshgrid(x, y)
+    flat = {name: np.ravel(value) for name, value in values.items()}
+    return pd.DataFrame({down: y.ravel(), across: x.ravel()} | flat)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A registered figure.
+
+    Parameters
+    ----------
+    name : str
+        ``paper.figure``.
+    function : callable
+    size : (width, height) [inch]
+    sliders : dict
+    grid : tuple of str
+        Two sliders that are one grid, or none.
+    """
+
+    name: str
+    function: Callable
+    size: tuple[float, float]
+    sliders: dict[str, Any]
+    grid: tuple[str, ...] = ()
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """Every parameter with the value of the paper."""
+        parameters = list(inspect.signature(self.function).parameters.values())[1:]
+        return {p.name: p.default for p in parameters}
+
+    @property
+    def title(self) -> str:
+        """First sentence of the docstring."""
+        return self._text[0].replace("\n", " ")
+
+    @property
+    def caption(self) -> str:
+        """What the figure shows, on which data, and where it differs from the print."""
+        return "\n\n".join(self._text[1:])
+
+    @property
+    def _text(self) -> list[str]:
+        return (inspect.getdoc(self.function) or "").split("\n\n")
+
+    def values(self, name: str) -> list[Any]:
+        """All positions of a slider; the default is always among them."""
+        positions = self.sliders[name]
+        if isinstance(positions, list):
+            return positions
+        low, high, step = positions
+        steps = np.arange(round((high - low) / step) + 1)
+        whole = all(isinstance(number, int) for number in positions)
+        numbers = [
+            int(low + k * step) if whole else round(float(low + k * step), 10)
+            for k in steps
+        ]
+        return sorted({*numbers, self.defaults[name]})
+
+    def draw(
+        self, dpi: float = 100, progress: Progress | None = None, **parameters: Any
+    ) -> tuple[Figure, Shown]:
+        """Draw the figure, with its defaults but for some parameters.
+
+        Parameters
+        ----------
+        dpi : float
+            Dots an inch.
+        progress : callable, optional
+            Called with frames done and in all while a tracker runs for it.
+        **parameters
+
+        Returns
+        -------
+        fig : matplotlib.figure.Figure
+            A new one: to clear an old one takes longer.
+        shown : Shown
+
+        Raises
+        ------
+        ValueError
+            For an unknown parameter, with the known ones.
+        """
+        unknown = sorted(set(parameters) - set(self.defaults))
+        if unknown:
+            raise ValueError(
+                f"{self.name} has no parameter {unknown[0]!r}; "
+                f"it takes {', '.join(self.defaults)}"
+            )
+        with in_style(), one_thread(), _heard(progress):
+            fig = new_figure(self.size, dpi)
+            return fig, self.function(fig, **(self.defaults | parameters))
+
+
+@contextmanager
+def _heard(progress: Progress | None) -> Iterator[None]:
+    token = _listener.set(progress)
+    try:
+        yield
+    finally:
+        _listener.reset(token)
+
+
+def listener() -> Progress | None:
+    """Who wants to know how far a run is that the figure being drawn has asked for."""
+    return _listener.get()
+
+
+def figure(
+    name: str,
+    size: tuple[float, float] = (8.0, 4.0),
+    grid: tuple[str, ...] = (),
+    **sliders: Any,
+) -> Callable:
+    """Decorator: register a drawing function under ``paper.name``.
+
+    See the module's text for the arguments.
+    """
+
+    def register(function):
+        entry = Entry(name, function, size, sliders, grid)
+        stray = sorted(set(sliders) - set(entry.defaults) | set(grid) - set(sliders))
+        if stray:
+            raise ValueError(f"figure {name}: no parameter for slider {stray[0]!r}")
+        FIGURES.add(name, entry)
+        return function
+
+    return register

@@ -1,0 +1,81 @@
+// Moves the sliders of the figures on a page without a kernel: each panel carries its
+// pictures, drawn beforehand, in a data block.
+
+const STILL = "Every slider stands where it began.";
+const BACK = "; the others are back where they began. In JupyterLab all move together.";
+
+function said(shown, names) {
+  return names.map((name) => `${name} = ${shown[name]}`).join(", ");
+}
+
+function begin(panel) {
+  const data = JSON.parse(panel.querySelector(".mkt-data").textContent);
+  const shown = { ...data.shown };
+  const image = panel.querySelector("img");
+  const note = panel.querySelector("[role=status]");
+  const controls = [...panel.querySelectorAll("[data-name]")];
+
+  const put = (control, position) => {
+    const { name } = control.dataset;
+    const label = data.sliders[name].labels[position];
+    shown[name] = label;
+    control.value = position;
+    if (control.type === "range") {
+      control.nextElementSibling.value = label;
+      control.setAttribute("aria-valuetext", label);
+    }
+  };
+
+  const place = (group) =>
+    group.names.reduce((at, name) => {
+      const control = controls.find(({ dataset }) => dataset.name === name);
+      return at * data.sliders[name].labels.length + Number(control.value);
+    }, 0);
+
+  const groupOf = (moved) =>
+    moved
+      ? data.groups.find(({ names }) => names.includes(moved.dataset.name))
+      : { names: [], frames: [0] };
+
+  const show = (moved) => {
+    const group = groupOf(moved);
+    const inside = ({ dataset }) => group.names.includes(dataset.name);
+    const others = controls.filter((control) => !inside(control));
+    for (const control of others) put(control, data.sliders[control.dataset.name].start);
+    for (const control of controls.filter(inside)) put(control, Number(control.value));
+    image.src = data.frames[group.frames[place(group)]];
+    if (controls.length) {
+      image.alt = `${data.title} ${said(shown, Object.keys(shown))}.`;
+    }
+    if (note) {
+      note.textContent = moved
+        ? said(shown, group.names) + (others.length ? BACK : ".")
+        : STILL;
+    }
+  };
+
+  const save = () => {
+    const canvas = document.createElement("canvas");
+    const link = document.createElement("a");
+    canvas.width = image.naturalWidth;
+    canvas.height = image.naturalHeight;
+    canvas.getContext("2d").drawImage(image, 0, 0);
+    const changed = Object.keys(data.shown)
+      .filter((name) => shown[name] !== data.shown[name])
+      .map((name) => `${name}=${shown[name]}`);
+    link.href = canvas.toDataURL("image/png");
+    link.download = `${[data.file, ...changed].join(" ")}.png`;
+    link.click();
+  };
+
+  for (const control of controls) control.addEventListener("input", () => show(control));
+  panel.querySelector(".mkt-reset")?.addEventListener("click", () => show());
+  panel.querySelector(".mkt-save").addEventListener("click", save);
+  show();
+}
+
+document.addEventListener("DOMContentLoaded", () => {
+  for (const block of document.querySelectorAll("figure.mkt-panel > .mkt-data")) {
+    begin(block.parentElement);
+  }
+});

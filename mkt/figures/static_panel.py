@@ -1,0 +1,204 @@
+"""A figure on a page without a kernel: some positions of its sliders, drawn beforehand.
+
+Most sliders move one at a time.  Two that a figure's decorator names as its ``grid``
+move together: all pairs of their positions are drawn.  The page is static_panel.html
+with the pictures as data; static_panel.js, which the book loads once, moves the
+sliders.
+
+Explained in notebook 01.
+"""
+
+import base64
+import html
+import itertools
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import cv2
+import jinja2
+import numpy as np
+from matplotlib.figure import Figure
+
+from mkt.figures.registry import Entry, Shown
+from mkt.plotting import in_style
+
+WIDTH = 80  # [px] on the screen for an inch of figure
+PAGE_DPI, QUALITY = 100, 52
+POSITIONS, IN_A_GRID = 9, 5  # of a slider, at most
+# Of the site: NAME.webp, NAME.pdf and NAME.csv of each figure with its defaults.
+FILES = "_static/figures"
+SCRIPT = Path(__file__).with_suffix(".js")
+_TEMPLATES = jinja2.Environment(
+    loader=jinja2.FileSystemLoader(Path(__file__).parent),
+    autoescape=True,
+    trim_blocks=True,
+    lstrip_blocks=True,
+)
+_serial = itertools.count(1)
+
+
+class StaticPanel:
+    """The figure in the book.
+
+    Sliders that do not move together with the one that is moved go back to where they
+    began.
+
+    Parameters
+    ----------
+    entry : Entry
+    fixed : dict
+        Parameters that keep their value and lose their slider.
+
+    Attributes
+    ----------
+    values : dict
+        Every parameter with its value.
+    shown : Shown
+        What the figure's function returned for them.
+    """
+
+    def __init__(self, entry: Entry, fixed: Mapping[str, Any]):
+        self._entry, self.values = entry, entry.defaults | dict(fixed)
+        self._frames: list[str] = []
+        self._drawn: dict[tuple, int] = {}
+        self.shown = self._draw(self.values)
+        self._positions = self._chosen(groups(entry, fixed))
+        self._groups = [
+            {"names": names, "frames": self._frames_of(names)}
+            for names in groups(entry, fixed)
+        ]
+
+    def _chosen(self, groups: list[tuple[str, ...]]) -> dict[str, list[Any]]:
+        """The positions of each slider that are drawn."""
+        return {
+            name: spread(
+                self._entry.values(name),
+                self.values[name],
+                POSITIONS if len(names) == 1 else IN_A_GRID,
+            )
+            for names in groups
+            for name in names
+        }
+
+    def _frames_of(self, names: tuple[str, ...]) -> list[int]:
+        """The pictures of all positions of some sliders that move together."""
+        positions = [self._positions[name] for name in names]
+        changes = itertools.product(*positions)
+        return [self._frame(dict(zip(names, c, strict=True))) for c in changes]
+
+    def _frame(self, change: dict[str, Any]) -> int:
+        """The number of the picture that shows a change; each is drawn once."""
+        values = self.values | change
+        if tuple(values.values()) not in self._drawn:
+            self._draw(values)
+        return self._drawn[tuple(values.values())]
+
+    def _draw(self, values: dict[str, Any]) -> Shown:
+        fig, shown = self._entry.draw(PAGE_DPI, **values)
+        picture = encoded(fig, ".webp", cv2.IMWRITE_WEBP_QUALITY, QUALITY)
+        self._drawn[tuple(values.values())] = len(self._frames)
+        data = base64.b64encode(picture).decode()
+        self._frames.append(f"data:image/webp;base64,{data}")
+        return shown
+
+    def _repr_html_(self) -> str:
+        entry = self._entry
+        return _TEMPLATES.get_template("static_panel.html").render(
+            id=f"{entry.name.replace('.', '-')}-{next(_serial)}",
+            entry=entry,
+            files=FILES,
+            width=width(entry),
+            image=self._frames[0],
+            alt=self._description(),
+            groups=[self._controls(group["names"]) for group in self._groups],
+            data=self._data(),
+        )
+
+    def _description(self) -> str:
+        """What the picture shows: its title with the values.
+
+        Where nothing moves it is the whole caption, which then is not beside it.
+        """
+        if not self._groups:
+            return f"{self._entry.title} {self._entry.caption}".replace("\n", " ")
+        words = ", ".join(f"{name} = {value}" for name, value in self._labels().items())
+        return f"{self._entry.title} {words}."
+
+    def _labels(self) -> dict[str, str]:
+        return {
+            name: label(value) for name, value in self.values.items() if value != ""
+        }
+
+    def _controls(self, names: tuple[str, ...]) -> list[dict[str, Any]]:
+        """What the template needs to know of some sliders that move together."""
+        return [
+            {
+                "name": name,
+                "labels": [label(value) for value in self._positions[name]],
+                "start": self._positions[name].index(self.values[name]),
+                "choice": isinstance(self._entry.sliders[name], list),
+            }
+            for name in names
+        ]
+
+    def _data(self) -> str:
+        """What the script needs, as JSON that cannot end the element it stands in."""
+        sliders = {
+            c["name"]: c for g in self._groups for c in self._controls(g["names"])
+        }
+        data = {
+            "file": self._entry.name,
+            "title": self._entry.title,
+            "shown": self._labels(),
+            "sliders": sliders,
+            "groups": self._groups,
+            "frames": self._frames,
+        }
+        return json.dumps(data).replace("<", "\\u003c")
+
+
+def groups(entry: Entry, fixed: Mapping[str, Any]) -> list[tuple[str, ...]]:
+    """The sliders that are free: those of the grid together, each other for itself."""
+    free = [name for name in entry.sliders if name not in fixed]
+    if entry.grid and set(entry.grid) <= set(free):
+        return [entry.grid, *((name,) for name in free if name not in entry.grid)]
+    return [(name,) for name in free]
+
+
+def spread(values: list[Any], default: Any, most: int) -> list[Any]:
+    """At most so many of the values, evenly spread.
+
+    The first, the last and the default are among them.
+    """
+    last, at = len(values) - 1, values.index(default)
+    if last < most:
+        return values
+    chosen = {round(i * last / (most - 1)) for i in range(most)}
+    nearest = min(chosen - ({0, last} - {at}), key=lambda i: abs(i - at))
+    return [values[i] for i in sorted(chosen - {nearest} | {at})]
+
+
+def encoded(fig: Figure, ending: str, *options: int) -> bytes:
+    """The drawn figure as an image file."""
+    with in_style():
+        fig.canvas.draw()
+    pixels = np.asarray(fig.canvas.buffer_rgba())  # type: ignore[attr-defined]
+    bgr = cv2.cvtColor(pixels, cv2.COLOR_RGBA2BGR)
+    return cv2.imencode(ending, bgr, options)[1].tobytes()
+
+
+def width(entry: Entry) -> int:
+    """Of a figure on the screen [px]."""
+    return round(WIDTH * entry.size[0])
+
+
+def caption(entry: Entry) -> str:
+    """Title and caption as HTML."""
+    return f"<b>{html.escape(entry.title)}</b> {html.escape(entry.caption)}"
+
+
+def label(value: Any) -> str:
+    """A value as a slider shows it."""
+    return f"{value:g}" if isinstance(value, float) else str(value)

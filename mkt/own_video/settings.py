@@ -1,0 +1,352 @@
+"""What reproduces a track: `Settings`, a small JSON file beside video and table.
+
+The video is known by its place and by its SHA-256, so that another one under the same
+name is noticed; the tracker by its name and all of its numbers, so that a later default
+does not change an old run.
+
+Explained in notebook 03.
+"""
+
+import hashlib
+import json
+import math
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mkt import tracking
+from mkt.files import DataError, existing_file, whole
+from mkt.regions import from_box, to_box
+from mkt.sequences import formats
+from mkt.sequences.video import IMAGES
+from mkt.trackers import by_name
+from mkt.tracking import Tracker
+from mkt.types import Frame, Region
+
+PACKAGES = ("mkt", "numpy", "scipy", "opencv-python-headless")
+AGAIN = "let `python3 -m mkt track` write it again"
+
+Numbers = dict[str, float]
+
+
+def versions() -> dict[str, str]:
+    """What a track depends on besides its settings, {name: version}."""
+    packages = {name: version(name) for name in PACKAGES}
+    return {"python": platform.python_version()} | packages
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All that a track follows from; also the source of its sequence.
+
+    Parameters
+    ----------
+    video : str
+        Path of a file, or of a folder of images.
+    sha256 : str
+        See `fingerprint`.
+    box : (x, y, w, h, angle)
+        Upper left corner and size [px] before the clockwise rotation about its centre
+        [deg].
+    tracker : str
+        A name in `mkt.trackers.by_name`.
+    numbers : dict
+        Those of its fields, see `numbers_of`.
+    seed : int
+        Of the tracker's chance.
+    versions : dict
+        What it was run with, for comparison only.
+    """
+
+    video: str
+    sha256: str
+    box: tuple[float, ...]
+    tracker: str = "guided"
+    numbers: Numbers = field(default_factory=dict)
+    seed: int = 0
+    versions: dict[str, str] = field(default_factory=versions)
+
+    @property
+    def name(self) -> str:
+        """What tables call it: the name of the video."""
+        return Path(self.video).name
+
+    def identity(self) -> str:
+        """What its frames and its start follow from, wherever the video lies."""
+        return f"{self.sha256} {self.box}"
+
+    def configured(self) -> Tracker:
+        """The tracker.  Raises ValueError as `with_numbers` does."""
+        return with_numbers(self.tracker, self.numbers)
+
+    def sequence(self) -> tracking.Sequence:
+        """The video as a `Sequence`, its first true region the box.
+
+        Raises
+        ------
+        DataError
+            When the video cannot be read.
+        ValueError
+            When the box is not in it.
+        """
+        clip = formats.video(self.video)
+        truth = clip.truth.copy()
+        truth[0] = region_of(self.box, clip.frames[0])
+        return replace(clip, truth=truth)
+
+    def save(self, path: Path) -> None:
+        """Write the settings as JSON, with the versions that have just been used.
+
+        Raises
+        ------
+        OSError
+        """
+        values = asdict(self) | {"versions": versions()}
+        with whole(path) as half:
+            half.write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
+
+
+def settled(
+    video: Path | str,
+    box: Sequence[float],
+    tracker: str = "guided",
+    numbers: Mapping[str, float] | None = None,
+    seed: int = 0,
+) -> Settings:
+    """Settings with the fingerprint of the video and all numbers of the tracker.
+
+    Parameters
+    ----------
+    video, box, tracker, seed
+        See `Settings`.
+    numbers : dict, optional
+        Those that differ from the tracker's own.
+
+    Raises
+    ------
+    ValueError
+        Naming what is wrong; DataError for the video.
+    """
+    path = Path(video).expanduser().resolve()
+    known = numbers_of(with_numbers(tracker, numbers or {}))
+    place = tuple(float(number) for number in box)
+    return Settings(str(path), fingerprint(path), place, tracker, known, seed)
+
+
+def load(path: Path, video: Path | str | None = None) -> Settings:
+    """The settings in a file that `Settings.save` wrote.
+
+    Parameters
+    ----------
+    path : Path
+    video : Path, optional
+        Where the video is now, if not where it was; a path in the file is taken from
+        the file's own folder when it is relative.
+
+    Raises
+    ------
+    DataError
+        When the file makes no sense, and when the video is gone or another one.
+    """
+    path = existing_file(path)
+    found = _checked(path, _parsed(path))
+    place = Path(video).expanduser() if video else path.parent / found.video
+    if not place.exists():
+        raise DataError(
+            place,
+            "the video is gone",
+            "if it has moved, say where it is now: "
+            f"python3 -m mkt track VIDEO --settings {path}",
+        )
+    sha256 = fingerprint(place)
+    if sha256 != found.sha256:
+        raise DataError(
+            place,
+            f"not the video of {path.name}: its sha256 is {sha256[:12]}..., "
+            f"not {str(found.sha256)[:12]}...",
+            "take the very file that was tracked, or draw the box in this one",
+        )
+    return replace(found, video=str(place.resolve()))
+
+
+def _parsed(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text("utf-8"))
+    except json.JSONDecodeError as error:
+        raise DataError(path, f"not JSON: {error.msg}", AGAIN, error.lineno) from None
+    except UnicodeDecodeError:
+        raise DataError(
+            path,
+            "not text in UTF-8",
+            "give the .json file that was written beside the video",
+        ) from None
+
+
+def _checked(path: Path, values: Any) -> Settings:
+    """The settings of a parsed file; DataError names what is missing or wrong."""
+    wanted = {f.name for f in fields(Settings)}
+    there = set(values) if isinstance(values, dict) else set()
+    if there != wanted:
+        names = ", ".join(sorted(wanted ^ there))
+        raise DataError(path, f"these entries are missing or unknown: {names}", AGAIN)
+    for name, possible in _POSSIBLE.items():
+        if not possible(values[name]):
+            raise DataError(
+                path,
+                f"{name} is {values[name]!r}, which it cannot be",
+                f"correct it, or {AGAIN}",
+            )
+    return Settings(**values | {"box": tuple(values["box"])})
+
+
+def _finite(value: Any) -> bool:
+    return type(value) in (int, float) and math.isfinite(value)
+
+
+def _is_box(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 5 and all(map(_finite, value))
+
+
+def _are_numbers(value: Any) -> bool:
+    return isinstance(value, dict) and all(map(_finite, value.values()))
+
+
+def _is_seed(value: Any) -> bool:
+    return type(value) is int and value >= 0
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+_POSSIBLE = {
+    "box": _is_box,
+    "numbers": _are_numbers,
+    "seed": _is_seed,
+    "video": _is_text,
+}
+
+
+def fingerprint(path: Path | str) -> str:
+    """SHA-256 of a file, as sha256sum prints it.
+
+    Of a folder it is that of its images' own, one after the other in the order of their
+    names.
+
+    Raises
+    ------
+    DataError
+        When there is neither.
+    """
+    path = Path(path)
+    if not path.is_dir():
+        return _sha256(existing_file(path))
+    images = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGES)
+    return hashlib.sha256("".join(map(_sha256, images)).encode()).hexdigest()
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def changed_versions(settings: Settings) -> str:
+    """What is installed in another version than the settings were written with.
+
+    In words, empty if all is the same.
+    """
+    here = versions()
+    return ", ".join(
+        f"{name} {was} is {here.get(name, 'missing')} here"
+        for name, was in settings.versions.items()
+        if here.get(name) != was
+    )
+
+
+def numbers_of(tracker: Tracker) -> Numbers:
+    """The tracker's own fields that are int or float, {name: value}.
+
+    ``n`` is the number of particles, also of a filter inside it.
+    """
+    own = {f.name: getattr(tracker, f.name) for f in fields(tracker)}
+    numbers = {name: v for name, v in own.items() if type(v) in (int, float)}
+    inner = {"n": tracker.filter.n} if hasattr(tracker, "filter") else {}
+    return inner | numbers
+
+
+def with_numbers(name: str, numbers: Mapping[str, float]) -> Tracker:
+    """The tracker of a name, with some of its numbers changed.
+
+    Raises
+    ------
+    ValueError
+        For an unknown tracker, a number that it does not have, or one that is none.
+    """
+    tracker = by_name.get(name)
+    if "n" in numbers:
+        tracker = by_name.with_particles(name, int(numbers["n"]))
+    known = numbers_of(tracker)
+    for field_name, value in numbers.items():
+        _refuse_number(name, known, field_name, value)
+    own = {key: v for key, v in numbers.items() if hasattr(tracker, key)}
+    return replace(tracker, **{key: type(known[key])(v) for key, v in own.items()})
+
+
+def _refuse_number(name: str, known: Numbers, field_name: str, value: float) -> None:
+    if field_name not in known:
+        raise ValueError(
+            f"the tracker {name!r} has no number {field_name!r}; "
+            f"it has {', '.join(known) or 'none'}"
+        )
+    if type(known[field_name]) is int and value != int(value):
+        raise ValueError(f"{field_name} is {value:g}; it must be a whole number")
+
+
+def parse_box(text: str) -> tuple[float, ...]:
+    """The five numbers x, y, w, h, angle of "x,y,w,h" or "x,y,w,h,angle".
+
+    Raises
+    ------
+    ValueError
+        With the remedy.
+    """
+    try:
+        box = [float(word) for word in text.split(",")]
+    except ValueError:
+        box = []
+    if len(box) not in (4, 5) or not np.isfinite(box).all():
+        raise ValueError(
+            f"--box {text}: give four or five numbers x,y,w,h[,angle] without spaces, "
+            "such as 120,80,60,40 or 120,80,60,40,30"
+        )
+    return (*box, 0.0)[:5]
+
+
+def region_of(box: Sequence[float], frame: Frame) -> Region:
+    """The region (5,) [px, rad] of a box x, y, w, h, angle [px, deg] in a frame.
+
+    Raises
+    ------
+    ValueError
+        Where the box has no size or lies outside the frame.
+    """
+    text = ",".join(f"{number:g}" for number in box)
+    if min(box[2:4]) <= 0:
+        raise ValueError(
+            f"the box {text}: its width or height is zero or negative; "
+            "give x,y,w,h, not two corners"
+        )
+    region = from_box(box[:4], np.radians(box[4]))
+    x, y, w, h = to_box(region)
+    height, width = frame.shape[:2]
+    if x >= width or y >= height or x + w <= 0 or y + h <= 0:
+        raise ValueError(
+            f"the box {text}: it lies outside the image of {width}x{height} px; "
+            "the upper left corner of the image is 0,0"
+        )
+    return region

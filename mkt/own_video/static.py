@@ -1,0 +1,62 @@
+"""The workbench on a page without a kernel: a run as the live one leaves it."""
+
+from collections.abc import Iterator
+
+import cv2
+
+from mkt.figures.film import play
+from mkt.own_video.overlay import annotated
+from mkt.own_video.settings import settled
+from mkt.sequences.carphone import carphone
+from mkt.tracking import Sequence, follow
+from mkt.types import Frame
+
+ALT = "A man talks in a moving car; a green outline follows his head through the clip."
+TEXT = (
+    "Here the tracker <i>guided</i> has followed the head in the clip of the book.  In "
+    "JupyterLab (<code>python3 -m mkt lab</code>) this is a panel: choose a video, "
+    "draw a box on its first frame with the mouse, choose a tracker, press "
+    "<i>track</i>."
+)
+ENLARGED = 2
+
+
+class Finished:
+    """A run with the default settings.
+
+    Attributes
+    ----------
+    settings : mkt.own_video.settings.Settings
+    clip : mkt.tracking.Sequence
+    """
+
+    def __init__(self):
+        clip = carphone()
+        self.settings = settled(clip.frames.path, first_box(clip))
+        self.clip = self.settings.sequence()
+
+    def _repr_html_(self) -> str:
+        film = play(self._pictures(), self.clip.fps, ALT).data
+        caption = f"<figcaption>{TEXT}</figcaption>"
+        return f'<figure class="mkt-panel">{film}{caption}</figure>'
+
+    def _pictures(self) -> Iterator[Frame]:
+        settings = self.settings
+        infos = follow(settings.configured(), self.clip, settings.seed)
+        for k, (frame, info) in enumerate(zip(self.clip.frames, infos, strict=True)):
+            picture = annotated(frame, info, f"{k} {settings.tracker}")
+            yield cv2.resize(picture, None, fx=ENLARGED, fy=ENLARGED)
+
+
+def first_box(clip: Sequence) -> tuple[int, ...]:
+    """A box to begin with, x, y, w, h, angle in whole pixels.
+
+    It is the head in the clip of the book, elsewhere the middle of the first frame.
+    """
+    book = carphone()
+    if clip.frames.path == book.frames.path:
+        cx, cy, _, hx, hy = book.truth[0]
+        corner = cx - hx + 0.5, cy - hy + 0.5
+        return tuple(round(number) for number in (*corner, 2 * hx, 2 * hy, 0))
+    height, width = clip.frames[0].shape[:2]
+    return round(width / 3), round(height / 3), round(width / 3), round(height / 3), 0

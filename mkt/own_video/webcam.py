@@ -1,0 +1,67 @@
+"""A camera's pictures as a video file, which is then tracked in as any other.
+
+Used in notebook 03.
+"""
+
+from collections.abc import Generator
+from itertools import chain
+from pathlib import Path
+
+import cv2
+
+from mkt.files import DataError
+from mkt.sequences.video import FPS
+from mkt.sequences.writing import quiet, video_writer
+from mkt.types import Frame
+
+SLOWEST, FASTEST = 1, 240  # frames a second that a camera's own word is believed
+
+
+def record(path: Path, seconds: float, camera: int = 0) -> Generator[Frame]:
+    """Write what a camera sees into a video file, and yield each picture once written.
+
+    Parameters
+    ----------
+    path : Path
+        Ends as one of `mkt.sequences.writing.CODECS`.
+    seconds : float
+        How long.
+    camera : int
+        Its number for OpenCV.
+
+    Yields
+    ------
+    (H, W, 3) uint8 array, RGB
+
+    Raises
+    ------
+    DataError
+        When the kernel sees no such camera or its pictures stop.
+    OSError
+        When the file cannot be written.
+    """
+    with quiet():
+        capture = cv2.VideoCapture(camera)
+    try:
+        first, fps = _read(capture, camera), capture.get(cv2.CAP_PROP_FPS)
+        if not SLOWEST <= fps <= FASTEST:  # some cameras answer 0, some nonsense
+            fps = FPS
+        further = (_read(capture, camera) for _ in range(1, round(seconds * fps)))
+        with video_writer(path, first.shape[1::-1], fps) as writer:
+            for picture in chain([first], further):
+                writer.write(picture)
+                yield cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
+    finally:
+        capture.release()
+
+
+def _read(capture: cv2.VideoCapture, camera: int) -> Frame:
+    good, picture = capture.read() if capture.isOpened() else (False, None)
+    if not good:
+        raise DataError(
+            f"webcam {camera}",
+            "this kernel sees no camera, or its pictures stopped",
+            "plug one in, close other programs that use it, or choose a file; "
+            "a kernel on another machine cannot see yours",
+        )
+    return picture

@@ -1,0 +1,126 @@
+"""Section 4.5 of [C14]: what resampling costs."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mkt.experiments.timing import side_by_side
+from mkt.figures.registry import Shown, figure, shown
+from mkt.papers.cordoba2014.printed import COLORS
+from mkt.particles import systematic_positions
+from mkt.types import Array, ArrayLike, NDArray
+
+# How the search can be read: whether it begins anew for each draw.
+READINGS = {
+    "search begun anew for each draw (4.5.2)": True,
+    "one sweep (Algorithm 1)": False,
+}
+STYLES = {True: ("o", COLORS["wm"]), False: ("s", COLORS["pfhr"])}
+COLUMNS = ("comparisons", "time [ms]")
+SIZES = 7  # numbers of particles on each line
+
+
+def ancestors(cumulative: Array, u: Array, anew: bool) -> tuple[NDArray, int]:
+    """Resampling: for each place in u the first particle whose share reaches it.
+
+    Parameters
+    ----------
+    cumulative : (N,) array
+        Rising cumulative weights.
+    u : (N,) array
+        Rising places in their range.
+    anew : bool
+        Begin each search at the first particle, as Section 4.5.2 counts; else where the
+        last one stopped, as Algorithm 1 lists, which never sets i back.
+
+    Returns
+    -------
+    ancestors : (N,) int array
+    comparisons : int
+        At most 2 N - 1 where i is never set back.
+    """
+    chosen: list[int] = []
+    comparisons = 0
+    i = 0
+    for place in u:
+        i = 0 if anew else i
+        comparisons += 1
+        while place > cumulative[i]:
+            i += 1
+            comparisons += 1
+        chosen.append(i)
+    return np.array(chosen), comparisons
+
+
+def _draw(n: int, seed: int) -> tuple[Array, Array]:
+    """Cumulative weights (N,) of particles of random weight, and places in them."""
+    rng = np.random.default_rng((seed, n))
+    cumulative = np.cumsum(rng.exponential(size=n))
+    return cumulative, systematic_positions(n, rng) * cumulative[-1]
+
+
+def counted(anew: bool, n: int, seed: int = 0) -> int:
+    """How many comparisons the searches need for n particles of random weight."""
+    return ancestors(*_draw(n, seed), anew)[1]
+
+
+def timed(anew: bool, sizes: Sequence[int], seed: int = 0) -> list[float]:
+    """How long the same searches take [ms] for numbers of particles, best of three."""
+    works = {n: partial(ancestors, *_draw(n, seed), anew) for n in sizes}
+    return [float(times.min()) for times in side_by_side(works, repeats=3).values()]
+
+
+def exponent(n: ArrayLike, values: ArrayLike) -> float:
+    """The slope of a straight line through the logarithms."""
+    return float(np.polyfit(np.log(n), np.log(values), 1)[0])
+
+
+@figure("cordoba2014.complexity", size=(10, 4.2), largest=[400, 800, 1600])
+def complexity(fig: Figure, *, largest: int = 1600, seed: int = 0) -> Shown:
+    """Section 4.5: what resampling costs, counted and timed.
+
+    Comparisons and time of two readings of the search through the cumulative weights,
+    for particles of random weight; the exponents are slopes of straight lines through
+    the logarithms.  The paper counts N searches of up to N steps each and concludes
+    O(N^2).  But its Algorithm 1 never sets i back to the start, so that all searches
+    together take at most 2 N steps.  Times are of plain Python loops on the machine
+    that drew this, the best of three.
+    """
+    n = np.unique(np.geomspace(25, largest, SIZES).round().astype(int))
+    costs = {label: _costs(anew, n, seed) for label, anew in READINGS.items()}
+    fig.subplots_adjust(left=0.07, right=0.985, bottom=0.14, top=0.92, wspace=0.2)
+    for ax, column in zip(fig.subplots(1, 2), COLUMNS, strict=True):
+        _draw_costs(ax, costs, column)
+    anew, sweep = (_exponents(cost) for cost in costs.values())
+    table = pd.concat(costs, names=["reading"]).reset_index("reading")
+    return shown(table, n=n, anew=anew, sweep=sweep)
+
+
+def _costs(anew: bool, n: NDArray, seed: int) -> pd.DataFrame:
+    """Comparisons and time for numbers of particles (S,)."""
+    sizes = n.tolist()
+    comparisons = [counted(anew, size, seed) for size in sizes]
+    columns = {"comparisons": comparisons, "time [ms]": timed(anew, sizes, seed)}
+    return pd.DataFrame({"particles": n} | columns)
+
+
+def _exponents(costs: pd.DataFrame) -> dict[str, float]:
+    """The exponent of the comparisons, and that of the time."""
+    steps, time = (exponent(costs["particles"], costs[name]) for name in COLUMNS)
+    return {"exponent": steps, "timed": time}
+
+
+def _draw_costs(ax: Axes, costs: dict[str, pd.DataFrame], column: str) -> None:
+    """A column of the costs of each reading against the number of particles."""
+    for label, cost in costs.items():
+        marker, color = STYLES[READINGS[label]]
+        text = f"{label}: exponent {exponent(cost['particles'], cost[column]):.2f}"
+        line = cost["particles"], cost[column], f"{marker}-"
+        ax.loglog(*line, color=color, label=text)
+    ax.set(xlabel="number of particles N", ylabel=column)
+    ax.legend(loc="upper left")
+    ax.set_ylim(top=30 * ax.get_ylim()[1])

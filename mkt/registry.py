@@ -1,0 +1,108 @@
+"""Things that are known by name: figures, claims, scenes, trackers.
+
+A `Registry` is a mapping from names to entries.  What registers itself with a decorator
+is found by importing all modules of a package the first time that somebody asks, so
+there is no list of modules to keep.
+"""
+
+import importlib
+import pkgutil
+import re
+from collections.abc import Callable, Iterator, Mapping
+from difflib import get_close_matches
+from typing import Any
+
+
+class Registry(Mapping):
+    """A mapping {name: entry} that says which names it knows.
+
+    It refuses a name twice, and lists its names when asked for one that it does not
+    have.
+
+    Parameters
+    ----------
+    kind : str
+        What the entries are, in a word, for the messages.
+    package : str, optional
+        Package whose modules register the entries, imported when first needed.
+    order : callable, optional
+        Key by which the names are sorted; without it they stay in the order in which
+        they were registered.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        package: str | None = None,
+        order: Callable[[str], Any] | None = None,
+    ):
+        self.kind, self._package, self._order = kind, package, order
+        self._entries: dict[str, Any] = {}
+
+    def add(self, name: str, entry: Any) -> None:
+        """Register an entry.  Raises ValueError when the name is taken."""
+        if name in self._entries:
+            raise ValueError(f"{self.kind} {name}: registered twice")
+        self._entries[name] = entry
+
+    def register(self, name: str) -> Callable[[Any], Any]:
+        """Decorator: register a function or class under a name, as it is."""
+
+        def entered(entry):
+            self.add(name, entry)
+            return entry
+
+        return entered
+
+    def __getitem__(self, name: str) -> Any:
+        self._discover()
+        if name not in self._entries:
+            raise UnknownName(self.kind, name, list(self))
+        return self._entries[name]
+
+    def __iter__(self) -> Iterator[str]:
+        self._discover()
+        return iter(
+            sorted(self._entries, key=self._order) if self._order else self._entries
+        )
+
+    def __len__(self) -> int:
+        self._discover()
+        return len(self._entries)
+
+    def _discover(self) -> None:
+        package, self._package = self._package, None  # its modules may ask for names
+        if package:
+            try:
+                import_all(package)
+            except BaseException:
+                self._package = package  # half of it is not all of it
+                raise
+
+
+class UnknownName(KeyError, ValueError):  # KeyError is what a Mapping raises
+    """A name that a registry does not have, told with similar ones and all of them."""
+
+    def __str__(self) -> str:
+        kind, name, known = self.args
+        similar = [other for other in known if other.endswith(f".{name}")]
+        similar = similar or get_close_matches(name, known)
+        hint = f", perhaps {' or '.join(similar)}?" if similar else ""
+        return f"no {kind} {name!r}{hint}; there are {', '.join(known)}"
+
+
+def import_all(package: str) -> None:
+    """Import every module of a package and of its sub-packages."""
+    folder = importlib.import_module(package).__path__
+    for module in pkgutil.walk_packages(folder, f"{package}."):
+        importlib.import_module(module.name)
+
+
+def natural(name: str) -> list:
+    """Sort key by which fig2 comes before fig10.
+
+    >>> sorted(["fig10", "fig2"], key=natural)
+    ['fig2', 'fig10']
+    """
+    parts = re.split(r"(\d+)", name)
+    return [(0, int(part), "") if part.isdecimal() else (1, 0, part) for part in parts]

@@ -1,0 +1,9 @@
+"""Synthetic sequences with exact truth, rendered from named specifications.
+
+`SCENES` has them all by name: functions ``seed, item, ground -> Scene`` that register
+themselves where they are written.
+"""
+
+from mkt.registry import Registry
+
+SCENES = Registry("scene", "mkt.scenes")

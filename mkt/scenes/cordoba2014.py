@@ -1,0 +1,137 @@
+"""Synthetic twins of the six kinds of sequence in Table 1 of [C14].
+
+They are for whoever has no benchmark: seed, item and ground -> `Scene`.
+
+Each has the difficulty of its original and none of its content.  The items stay
+upright, as the boxes of the benchmark do.  Paths are random but smooth; everything
+follows from the arguments.
+"""
+
+import numpy as np
+
+from mkt.scenes import SCENES
+from mkt.scenes.paths import (
+    EDGES,
+    MIDDLE,
+    as_path,
+    position,
+    shaking,
+    sizes,
+    standing,
+    wandering,
+    way,
+)
+from mkt.scenes.rendering import Layer, Scene
+
+LENGTH = 150
+WIDTH = 64.0  # of the item [px]
+# Of the frame period: blur is not the question here, and a sharp frame renders at once.
+SHUTTER = 0.1
+KINDS = ("clutter", "passers", "pillars", "scale", "trajectory", "background")
+
+
+def _scene(target: Layer, ground: str, seed: int, **more) -> Scene:
+    return Scene(target, ground, LENGTH, shutter=SHUTTER, seed=seed, **more)
+
+
+@SCENES.register("clutter")
+def clutter(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
+    """Before things of its own colours, seen by a camera that moves and zooms.
+
+    Four shuffled copies of the item lie about.
+    """
+    rng = np.random.default_rng((21, seed))
+    around = np.array([[-95, -60], [95, -65], [-90, 70], [100, 60]])
+    places = MIDDLE + around + rng.normal(0, 12, (4, 2))
+    behind = tuple(
+        Layer(item, WIDTH, standing(*place), hue=hue, shuffle=3)
+        for place, hue in zip(places, (0.0, 30.0, 160.0, 60.0), strict=True)
+    )
+    target = Layer(item, WIDTH, wandering(rng, LENGTH, 25, 0.15))
+    camera = shaking(rng, LENGTH, 10, 0.12)
+    return _scene(target, ground, seed, behind=behind, camera=camera)
+
+
+@SCENES.register("passers")
+def passers(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
+    """Outdoors: three larger look-alikes come from either side.
+
+    Each is the item in slightly other colours, and hides it totally for some frames.
+    """
+    rng = np.random.default_rng((22, seed))
+    path = wandering(rng, LENGTH, 30, 0.15)
+    front = []
+    for frame in (40, 80, 120):
+        x, y = position(path, frame)
+        speed = rng.choice([-1, 1]) * rng.uniform(5, 8)
+        ends = np.array([0, LENGTH])
+        across = way(ends, x + speed * (ends - frame), y)
+        hue, shuffle = float(rng.choice([24, 40, 60])), int(rng.integers(1, 4))
+        front.append(Layer(item, 1.7 * WIDTH, across, hue=hue, shuffle=shuffle))
+    return _scene(Layer(item, WIDTH, path), ground, seed, front=tuple(front))
+
+
+@SCENES.register("pillars")
+def pillars(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
+    """Indoors: the item walks behind three pillars, and the camera goes along."""
+    rng = np.random.default_rng((23, seed))
+    times = np.arange(0, LENGTH + 25, 25.0)
+    n = len(times)
+    pace = rng.choice([-1, 1]) * rng.uniform(4, 6)
+    x = 160 + pace * (times - LENGTH / 2) + rng.normal(0, 6, n)
+    y = 120 + rng.normal(0, 8, n)
+    path = way(times, x, y, scale=sizes(rng, n, 0.1))
+    camera = way(
+        times,
+        160 - x + rng.normal(0, 12, n),
+        rng.normal(0, 6, n),
+        rng.normal(0, 0.01, n),
+    )
+    grounds, frames = ("bricks", "tissue", "grass"), (35, 75, 115)
+    front = tuple(
+        Layer(name, rng.uniform(1.5, 1.8) * WIDTH, way([0], *position(path, frame)))
+        for name, frame in zip(grounds, frames, strict=True)
+    )
+    target = Layer(item, WIDTH, path)
+    return _scene(target, ground, seed, front=front, camera=camera)
+
+
+@SCENES.register("scale")
+def scale(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
+    """The size goes from about half to about twice what it was, and back."""
+    rng = np.random.default_rng((24, seed))
+    target = Layer(item, WIDTH, wandering(rng, LENGTH, 25, 0.45))
+    return _scene(target, ground, seed)
+
+
+@SCENES.register("trajectory")
+def trajectory(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
+    """Kicked about from wall to wall, with sudden turns.
+
+    It goes in steps of up to about half of the item a frame.
+    """
+    rng = np.random.default_rng((25, seed))
+    times = np.arange(0, LENGTH + 8, 8.0)
+    places = rng.uniform(EDGES, 2 * MIDDLE - EDGES, (len(times), 2))
+    places[:2] = MIDDLE
+    path = way(times, *places.T, scale=sizes(rng, len(times), 0.15))
+    camera = shaking(rng, LENGTH, 8, 0.05)
+    return _scene(Layer(item, WIDTH, path), ground, seed, camera=camera)
+
+
+@SCENES.register("background")
+def background_change(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
+    """A slow pan over four grounds of other colours, one after the other."""
+    rng = np.random.default_rng((26, seed))
+    times = np.arange(0, LENGTH + 25, 25.0)
+    n = len(times)
+    x, y = 160 + 8 * times, 120 + rng.normal(0, 15, n)
+    wobble = rng.normal(0, 15, n)
+    path = way(times, x + wobble, y, scale=sizes(rng, n, 0.2))
+    behind = tuple(
+        Layer(name, 320.0, as_path([[0.0, 160.0 + 320 * k, 120.0, 0.0, 1.2]]))
+        for k, name in enumerate(("tissue", "gravel", "table", "grass"), 1)
+    )
+    pan = way(times, 160 - x, rng.normal(0, 6, n))
+    target = Layer(item, WIDTH, path)
+    return _scene(target, ground, seed, behind=behind, camera=pan)

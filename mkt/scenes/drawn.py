@@ -1,0 +1,52 @@
+"""Scenes drawn by lot: a kind, a seed, and by a rule what moves before what.
+
+Seed k shows one of four items before one of four grounds, so that sixteen seeds are all
+pairs of them, each on a path of its own.
+"""
+
+from dataclasses import dataclass
+
+from mkt.scenes import SCENES
+from mkt.scenes.rendering import Scene
+from mkt.tracking import Sequence
+
+ITEMS = ("car", "astronaut", "motorcycle", "hopper")
+GROUNDS = ("workshop", "tissue", "bricks", "grass")
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """The specification of a scene of `mkt.scenes.SCENES`.
+
+    Parameters
+    ----------
+    kind : str
+        Its name there.
+    seed : int
+        Of its paths and its noise.
+    item, ground : str
+        Textures of the target and of the background.
+    """
+
+    kind: str
+    seed: int = 0
+    item: str = "car"
+    ground: str = "workshop"
+
+    @property
+    def name(self) -> str:
+        """What tables call it: its kind."""
+        return self.kind
+
+    def scene(self) -> Scene:
+        """The `Scene`.  Raises UnknownName, a ValueError, for an unknown kind."""
+        return SCENES[self.kind](self.seed, self.item, self.ground)
+
+    def sequence(self) -> Sequence:
+        """The `Sequence`."""
+        return self.scene().sequence(self.kind)
+
+
+def drawn(kind: str, seed: int) -> Drawn:
+    """The scene that the rule of this module gives to a seed."""
+    return Drawn(kind, seed, ITEMS[seed % 4], GROUNDS[seed // 4 % 4])

@@ -1,0 +1,400 @@
+"""Synthetic scenes with exact truth: a hashable specification -> a `Sequence`.
+
+A scene is a stack of flat textured layers over a background: what passes behind the
+target, the target, what passes in front.  Each layer follows a smooth path through
+way-points.  A frame is what a camera would see: the *mean of sub-frame renders over the
+exposure* (true motion blur, half of it before and half after the instant of the truth),
+times the light, plus sensor noise.
+
+Frames are rendered when asked for and kept for a while, so that a slider which returns
+to a scene finds it ready.  The same specification gives the same frames, in any order.
+
+Explained in notebook 02.
+"""
+
+from collections.abc import Callable
+from collections.abc import Sequence as Series
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from mkt.regions import corners, warp_matrices
+from mkt.scenes.paths import Path
+from mkt.scenes.textures import texture
+from mkt.tracking import Sequence
+from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions
+
+MAX_SUBFRAMES = 32
+STILL: Path = ((0.0, 0.0, 0.0, 0.0, 1.0),)
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A flat textured object on its path.
+
+    Parameters
+    ----------
+    texture : str
+        A name of `mkt.scenes.textures`.
+    width : float [px]
+        At scale 1; the height follows from the texture.
+    path : tuple of way-points
+        (frame, x [px], y [px], theta [rad], scale), joined by a cubic spline; one alone
+        stands still.
+    hue : float [deg]
+        Turns all colours round the colour circle: the recoloured twin of an object.
+    shuffle : int
+        Cuts the texture into so many tiles a side and mixes them: the same colours at
+        other places.
+    view : Layer, optional
+        Of which texture, hue and shuffle count: what the object shows when it turns out
+        of the image plane.
+    turn : tuple of (frame, share)
+        The share of that view, joined linearly.
+    """
+
+    texture: str
+    width: float
+    path: Path
+    hue: float = 0.0
+    shuffle: int = 1
+    view: "Layer | None" = None
+    turn: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The specification of a sequence; every field is hashable.
+
+    Parameters
+    ----------
+    target : Layer
+    background : str
+        A name of `mkt.scenes.textures`, laid out as an endless mirrored plane.
+    length : int
+        Frames.
+    behind, front : tuple of Layer
+        Drawn before the target, and after it.
+    camera : tuple of way-points
+        (frame, dx, dy, theta, scale): how the whole world moves on the screen, about
+        the image centre.
+    shutter : float
+        Open time of the shutter as a share of the frame period; 0 is an instant.
+    light : tuple of (frame, red, green, blue)
+        Gains, joined linearly: exposure and colour cast.
+    noise : float
+        Standard deviation of the sensor noise [grey levels].
+    seed : int
+        Of the noise alone; paths are given.
+    size : (width, height) [px]
+    zoom : float
+        Screen pixels for a texture pixel of the background.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
+    """
+
+    target: Layer
+    background: str = "workshop"
+    length: int = 100
+    behind: tuple[Layer, ...] = ()
+    front: tuple[Layer, ...] = ()
+    camera: Path = STILL
+    shutter: float = 0.5
+    light: tuple[tuple[float, ...], ...] = ((0.0, 1.0, 1.0, 1.0),)
+    noise: float = 3.0
+    seed: int = 0
+    size: tuple[int, int] = (320, 240)
+    zoom: float = 0.5
+
+    def __post_init__(self):
+        for field, possible in (
+            ("length", self.length >= 1),
+            ("shutter", 0 <= self.shutter <= 1),
+            ("noise", self.noise >= 0),
+            ("zoom", self.zoom > 0),
+        ):
+            if not possible:
+                raise ValueError(
+                    f"{field} is {getattr(self, field)}, which no camera can do"
+                )
+
+    def sequence(self, name: str = "synthetic scene") -> Sequence:
+        """The scene as a `Sequence`, with its exact truth."""
+        times = np.arange(self.length, dtype=float)
+        truth = regions(self, self.target, times)
+        return Sequence(name, Frames(self), truth, _visibility(_noiseless(self)))
+
+
+class Frames(Series):
+    """The frames of a scene, (H, W, 3) uint8 RGB, rendered on demand.
+
+    Equal scenes share one cache.  A slice is a list of frames.
+    """
+
+    def __init__(self, scene: Scene):
+        self.scene = scene
+
+    def __len__(self) -> int:
+        return self.scene.length
+
+    def __getitem__(self, k):
+        if isinstance(k, slice):
+            return [self[i] for i in range(len(self))[k]]
+        if not -len(self) <= k < len(self):
+            raise IndexError(f"frame {k} of {len(self)}")
+        return render(self.scene, k % len(self))
+
+
+@lru_cache(maxsize=400)
+def render(scene: Scene, k: int) -> Frame:
+    """Frame k of a scene, (H, W, 3) uint8 RGB, read-only."""
+    exposed = _exposed(_noiseless(scene), k)
+    rng = np.random.default_rng((scene.seed, k))
+    noisy = rng.standard_normal(exposed.shape, np.float32)
+    # In place, here and below: fresh memory costs as much as the arithmetic.
+    noisy *= scene.noise
+    noisy += exposed
+    np.rint(noisy, out=noisy)
+    frame = np.clip(noisy, 0, 255, out=noisy).astype(np.uint8)
+    frame.setflags(write=False)
+    return frame
+
+
+def _noiseless(scene: Scene) -> Scene:
+    """What all scenes have in common that differ in their sensor noise alone."""
+    return replace(scene, seed=0, noise=0.0)
+
+
+@lru_cache(maxsize=96)
+def _exposed(scene: Scene, k: int) -> NDArray:
+    """Frame k before the sensor's noise, (H, W, 3) float32.
+
+    It is kept for the runs that differ in the noise alone.
+    """
+    first, *others = k + scene.shutter * _exposure(_subframes(scene, k))
+    exposed = _instant(scene, first)
+    for t in others:
+        exposed += _instant(scene, t)
+    exposed /= 1 + len(others)
+    exposed *= _interpolated(scene.light, k).astype(np.float32)
+    return exposed
+
+
+def _exposure(n: int) -> Array:
+    """Mid-points of n equal slices of the exposure, in [-1/2, 1/2]."""
+    return (np.arange(n) + 0.5) / n - 0.5
+
+
+def _subframes(scene: Scene, k: int) -> int:
+    """Sub-frames needed at frame k so that nothing jumps by more than a pixel."""
+    ends = np.array([k - scene.shutter / 2, k + scene.shutter / 2])
+    seen = [regions(scene, layer, ends) for layer in _layers(scene)]
+    seen.append(_seen(scene, _whole(scene), ends))
+    jumps = [np.abs(np.diff(corners(region), axis=0)).max() for region in seen]
+    return int(np.clip(np.ceil(max(jumps)), 1, MAX_SUBFRAMES))
+
+
+def _layers(scene: Scene) -> tuple[Layer, ...]:
+    """All layers, in the order in which they are drawn."""
+    return (*scene.behind, scene.target, *scene.front)
+
+
+def _interpolated(points: tuple[tuple[float, ...], ...], t: float | Array) -> Array:
+    """Values at the times t of way-points (time, ...), joined linearly.
+
+    Returns (..., number of values).
+    """
+    times, *columns = np.array(points, float).T
+    return np.stack([np.interp(t, times, column) for column in columns], -1)
+
+
+@lru_cache(maxsize=256)
+def _spline(path: Path) -> Callable[[ArrayLike], Array]:
+    """The smooth curve through way-points, as a function of the time."""
+    table = np.array(path, float)
+    values = table[:, 1:]
+    if len(table) == 1:
+        return lambda t: np.broadcast_to(values[0], (*np.shape(t), values.shape[1]))
+    return CubicSpline(table[:, 0], values)
+
+
+def regions(scene: Scene, layer: Layer, times: ArrayLike) -> Regions:
+    """True regions of a layer on the screen.
+
+    Parameters
+    ----------
+    scene : Scene
+    layer : Layer
+    times : (...) array_like [frames]
+
+    Returns
+    -------
+    (..., 5) array [px, rad]
+    """
+    x, y, theta, scale = np.moveaxis(_spline(layer.path)(times), -1, 0)
+    h, w = texture(layer.texture).shape[:2]
+    half = scale * layer.width / 2
+    return _seen(scene, np.stack([x, y, theta, half, half * h / w], -1), times)
+
+
+def _seen(scene: Scene, region: Regions, times: ArrayLike) -> Regions:
+    """Where the moving camera sees regions (..., 5) of the world at the times (...)."""
+    dx, dy, turn, zoom = np.moveaxis(_spline(scene.camera)(times), -1, 0)
+    centre = (np.array(scene.size) - 1) / 2
+    rx, ry = np.moveaxis(region[..., :2] - centre, -1, 0)
+    c, s = np.cos(turn), np.sin(turn)
+    x = centre[0] + dx + zoom * (c * rx - s * ry)
+    y = centre[1] + dy + zoom * (s * rx + c * ry)
+    hx, hy = zoom * region[..., 3], zoom * region[..., 4]
+    return np.stack([x, y, region[..., 2] + turn, hx, hy], -1)
+
+
+def _whole(scene: Scene) -> Region:
+    """The region of the whole screen."""
+    width, height = scene.size
+    return np.array([(width - 1) / 2, (height - 1) / 2, 0.0, width / 2, height / 2])
+
+
+def _instant(scene: Scene, t: float) -> NDArray:
+    """What the sensor sees in an instant: (H, W, 3) float32 in 0 ... 255."""
+    screen = tuple(map(float, _seen(scene, _whole(scene), np.float64(t))))
+    plane = _background(scene.background, scene.zoom, scene.size, screen)
+    image = plane.astype(np.float32)
+    for layer in _layers(scene):
+        _paint(image, scene, layer, t)
+    return image
+
+
+@lru_cache(maxsize=16)
+def _background(
+    name: str, zoom: float, size: tuple[int, int], screen: tuple[float, ...]
+) -> Frame:
+    """The background plane where the screen's region (5,) sees it, (H, W, 3) uint8.
+
+    It is kept, because it mostly stands still.
+    """
+    plane = _resized(name, zoom)[..., :3]
+    a = _texture_to_screen(np.array(screen), size)
+    a[:, 2] -= a[:, :2] @ (np.array(plane.shape[1::-1]) - size) / 2
+    mirrored = cv2.BORDER_REFLECT_101
+    return cv2.warpAffine(plane, a, size, flags=cv2.INTER_LINEAR, borderMode=mirrored)
+
+
+@lru_cache(maxsize=32)
+def _resized(name: str, factor: float) -> NDArray:
+    """A texture reduced or enlarged by a factor, without aliasing."""
+    rgba = texture(name)
+    size = tuple(max(round(factor * side), 2) for side in rgba.shape[1::-1])
+    how = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    return cv2.resize(rgba, size, interpolation=how)
+
+
+def _shown(layer: Layer, t: float) -> NDArray:
+    """What a layer shows at the time t, (h, w, 4) float32.
+
+    It is its texture, or a mixture with its other view.
+    """
+    front = _prepared(replace(layer, path=STILL, view=None))
+    share = float(_interpolated(layer.turn, t)[0])
+    if layer.view is None or share == 0:
+        return front
+    other = _prepared(replace(layer.view, width=layer.width, path=STILL))
+    return (1 - share) * front + share * cv2.resize(other, front.shape[1::-1])
+
+
+@lru_cache(maxsize=64)
+def _prepared(layer: Layer) -> NDArray:
+    """A layer's texture at its width, recoloured and shuffled: (h, w, 4) float32.
+
+    Colours are multiplied by the opacity, and the border is transparent.
+    """
+    rgba = _resized(layer.texture, layer.width / texture(layer.texture).shape[1])
+    rgb = _shuffled(_recoloured(rgba[..., :3], layer.hue), layer.shuffle)
+    alpha = rgba[..., 3:].astype(np.float32) / 255
+    pixels = np.dstack([rgb * alpha, alpha]).astype(np.float32)
+    return cv2.copyMakeBorder(pixels, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
+
+
+def _recoloured(rgb: Frame, degrees: float) -> Frame:
+    hsv = cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV)
+    hues = hsv[..., 0].astype(int)  # in uint8 the sum would overflow
+    hsv[..., 0] = (hues + round(degrees / 2)) % 180
+    return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
+
+
+def _shuffled(rgb: Frame, k: int) -> Frame:
+    """The k x k tiles of an image in another order, the same for every image."""
+    th, tw = rgb.shape[0] // k, rgb.shape[1] // k
+    whole = rgb[: k * th, : k * tw].reshape(k, th, k, tw, 3)
+    tiles = whole.swapaxes(1, 2).reshape(k * k, th, tw, 3)
+    mixed = tiles[np.random.default_rng(k).permutation(k * k)]
+    mixed = mixed.reshape(k, k, th, tw, 3).swapaxes(1, 2)
+    result = rgb.copy()
+    result[: k * th, : k * tw] = mixed.reshape(k * th, k * tw, 3)
+    return result
+
+
+def _texture_to_screen(region: Region, size: tuple[int, int]) -> Array:
+    """The affine map (2, 3) from a texture's pixels to the screen.
+
+    The texture, of the size (w, h), fills the region (5,).
+    """
+    w, h = size
+    canonical = np.array([[2 / w, 0, 1 / w - 1], [0, 2 / h, 1 / h - 1], [0, 0, 1]])
+    return warp_matrices(region) @ canonical
+
+
+def _painting(scene: Scene, layer: Layer, t: float) -> tuple[tuple, NDArray]:
+    """A layer's part of the screen: slices (rows, columns) and its pixels.
+
+    These are (h, w, 4) float32, colours times opacity.
+    """
+    region, rgba = regions(scene, layer, np.float64(t)), _shown(layer, t)
+    h, w = rgba.shape[0] - 2, rgba.shape[1] - 2
+    outline = corners(region)
+    low = np.clip(np.floor(outline.min(0)).astype(int) - 1, 0, scene.size)
+    high = np.clip(np.ceil(outline.max(0)).astype(int) + 2, low, scene.size)
+    window = slice(low[1], high[1]), slice(low[0], high[0])
+    size = int(high[0] - low[0]), int(high[1] - low[1])
+    if min(size) == 0:
+        return window, np.zeros((*size[::-1], 4), np.float32)
+    a = _texture_to_screen(region, (w, h))
+    a[:, 2] -= a[:, :2] @ [1, 1] + low  # the border of a pixel, and the part's corner
+    return window, cv2.warpAffine(rgba, a, size, flags=cv2.INTER_LINEAR)
+
+
+def _paint(image: NDArray, scene: Scene, layer: Layer, t: float) -> None:
+    window, part = _painting(scene, layer, t)
+    seen = image[window]
+    seen *= 1 - part[..., 3:]
+    seen += part[..., :3]
+
+
+@lru_cache(maxsize=64)
+def _visibility(scene: Scene) -> Array:
+    """Visible fraction of the target in every frame, (T,) in [0, 1], read-only.
+
+    Not visible is what is hidden by layers in front, or outside the image.
+    """
+    visible = np.array([_visible(scene, t) for t in range(scene.length)])
+    visible.setflags(write=False)
+    return visible
+
+
+def _visible(scene: Scene, t: float) -> float:
+    opacity = np.zeros(scene.size[::-1], np.float32)
+    window, part = _painting(scene, scene.target, t)
+    opacity[window] = part[..., 3]
+    for layer in scene.front:
+        window, part = _painting(scene, layer, t)
+        opacity[window] *= 1 - part[..., 3]
+    alpha = _shown(scene.target, t)[..., 3]
+    hx = regions(scene, scene.target, np.float64(t))[3]
+    zoom = 2 * hx / (alpha.shape[1] - 2)
+    return float(np.clip(opacity.sum() / (alpha.sum() * zoom**2), 0, 1))

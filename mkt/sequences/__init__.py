@@ -1,0 +1,1 @@
+"""Real sequences: video files, image folders, benchmarks, and a clip from pip."""

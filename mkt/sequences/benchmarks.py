@@ -1,0 +1,276 @@
+"""The public benchmarks: where each is expected, what is there, what can be used.
+
+None is needed and none comes along: their licences differ, and they are large.
+`listing` is what ``python3 -m mkt data`` prints, `check` opens a sequence and says what
+is wrong with it, `sequences` is what the leaderboard runs over.  The formats are those
+of `mkt.sequences.formats`; the folders lie below the one that the environment variable
+MKT_DATA names.
+
+Explained in notebook 14.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mkt.evaluation import scored_frames
+from mkt.files import DataError
+from mkt.sequences.formats import bobot, mot_main, otb, vot
+from mkt.tracking import Sequence
+
+
+@dataclass(frozen=True)
+class Archive:
+    """A benchmark.
+
+    Parameters
+    ----------
+    name : str
+    pattern : str
+        Of its sequences' folders below MKT_DATA.
+    layout : str
+        What a sequence's folder holds, in words.
+    reader : callable
+        folder -> `Sequence`.
+    size : str
+        How many sequences it has, in words.
+    licence : str
+    get : str
+        How to get it.
+    """
+
+    name: str
+    pattern: str
+    layout: str
+    reader: Callable[[Path], Sequence]
+    size: str
+    licence: str
+    get: str
+
+
+ARCHIVES = (
+    Archive(
+        "BoBoT",
+        "bobot/*/",
+        "one truth file .txt, and frames/ or one .avi",
+        bobot,
+        "12 sequences",
+        "CC BY-SA 3.0 DE",
+        "the Bonn Benchmark on Tracking, D. A. Klein, University of Bonn: "
+        "www.iai.uni-bonn.de/~kleind/tracking",
+    ),
+    Archive(
+        "OTB",
+        "otb/*/",
+        "img/ and groundtruth_rect.txt",
+        otb,
+        "100 targets",
+        "none stated; for research",
+        "the Visual Tracker Benchmark, Y. Wu, J. Lim, M.-H. Yang: "
+        "cvlab.hanyang.ac.kr/tracker_benchmark",
+    ),
+    Archive(
+        "VOT",
+        "vot/*/",
+        "groundtruth.txt, and the frames or color/ with them",
+        vot,
+        "60 sequences in 2018",
+        "that of each sequence's source; for research",
+        "the Visual Object Tracking challenge, votchallenge.net; "
+        "its toolkit downloads a year's sequences with `vot initialize`",
+    ),
+    Archive(
+        "MOT15",
+        "mot15/train/*/",
+        "img1/ and gt/gt.txt",
+        mot_main,
+        "11 sequences with truth",
+        "CC BY-NC-SA 3.0",
+        "the Multiple Object Tracking Benchmark: motchallenge.net/data/MOT15",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Found:
+    """A sequence's folder on disk and the `Archive` it belongs to.
+
+    Parameters
+    ----------
+    archive : Archive
+    folder : path
+    """
+
+    archive: Archive
+    folder: Path
+
+    @property
+    def name(self) -> str:
+        """What it is called in tables, "BoBoT/..."."""
+        return f"{self.archive.name}/{self.folder.name}"
+
+    def sequence(self) -> Sequence:
+        """The `Sequence`.
+
+        Raises
+        ------
+        DataError
+            Naming the file, the line and the remedy.
+        """
+        return self.archive.reader(self.folder)
+
+    def identity(self) -> str:
+        """Its name and fingerprint, the same wherever the folder lies."""
+        return f"{self.name} {self.fingerprint()}"
+
+    def fingerprint(self) -> str:
+        """A hash of the files: of texts what they say, of others how large they are.
+
+        The names count too; the place of the folder does not.
+        """
+        digest = hashlib.sha256()
+        for path in sorted(path for path in self.folder.rglob("*") if path.is_file()):
+            name = path.relative_to(self.folder).as_posix()
+            text = path.suffix == ".txt"
+            content = path.read_bytes() if text else b"%d" % path.stat().st_size
+            digest.update(f"{name}\n".encode() + content)
+        return digest.hexdigest()[:16]
+
+
+def data_root() -> Path | None:
+    """The folder of data sets, which the environment variable MKT_DATA names.
+
+    Returns
+    -------
+    Path or None
+        None when the variable is not set.
+
+    Raises
+    ------
+    DataError
+        When it is set, but is no folder.
+    """
+    root = os.environ.get("MKT_DATA")
+    if not root:
+        return None
+    if not Path(root).is_dir():
+        raise DataError(
+            root,
+            "MKT_DATA names a folder that does not exist",
+            "set it to the folder that holds the benchmarks "
+            "(`python3 -m mkt data` lists them), or unset it",
+        )
+    return Path(root)
+
+
+def sequences() -> list[Found]:
+    """The sequences of all benchmarks that are there, usable or not.
+
+    Raises
+    ------
+    DataError
+        When MKT_DATA names no folder.
+    """
+    root = data_root()
+    if root is None:
+        return []
+    return [
+        Found(archive, folder)
+        for archive in ARCHIVES
+        for folder in sorted(root.glob(archive.pattern))
+    ]
+
+
+def check(found: Found) -> str:
+    """Open a sequence: its truth, the number of its frames, the first and the last one.
+
+    Returns
+    -------
+    str
+        What it is, in words.
+
+    Raises
+    ------
+    DataError
+        Naming the file, what is wrong and the remedy.
+    """
+    clip = found.sequence()
+    shape = clip.frames[0].shape
+    if clip.frames[-1].shape != shape:
+        raise DataError(
+            found.folder,
+            "the last frame is not of the first one's size",
+            "download the sequence again",
+        )
+    if not np.isfinite(clip.truth[0]).all():
+        raise DataError(
+            found.folder,
+            "the target is not visible in the first frame, where a tracker must learn "
+            "it",
+            "cut the sequence, or leave it out",
+        )
+    if not scored_frames(clip).any():
+        raise DataError(
+            found.folder,
+            "the target is visible in no further frame",
+            "check that the truth belongs to these frames",
+        )
+    hidden = np.sum(clip.visibility == 0)
+    words = f"{len(clip)} frames of {shape[1]}x{shape[0]}, hidden in {hidden}"
+    if "reconstructed" in clip.source:
+        words += "; reconstructed frames"
+    return words
+
+
+def usable() -> tuple[dict[Found, str], list[str]]:
+    """The sequences that pass `check`.
+
+    Returns
+    -------
+    good : dict
+        `Found` -> what it is, in words.
+    troubles : list of str
+        What is wrong with the others.
+    """
+    good: dict[Found, str] = {}
+    troubles: list[str] = []
+    for found in sequences():
+        try:
+            good[found] = check(found)
+        except DataError as error:
+            troubles.append(str(error))
+    return good, troubles
+
+
+def listing() -> str:
+    """The benchmarks, where each is expected, what is there and how to get the rest."""
+    root = data_root()
+    there = sequences()
+    first = f"MKT_DATA is {root}"
+    if root is None:
+        first = (
+            "MKT_DATA is not set: set it to a folder of benchmarks, laid out as below."
+            "  All of them are optional."
+        )
+    lines = [first, ""]
+    for archive in ARCHIVES:
+        names = [found.folder.name for found in there if found.archive is archive]
+        lines += [*_about(archive, root, names), ""]
+    return "\n".join([*lines, "`python3 -m mkt data check` opens all that is there."])
+
+
+def _about(archive: Archive, root: Path | None, names: list[str]) -> list[str]:
+    """The lines of `listing` for one benchmark, of which these sequences are there."""
+    number = f"{len(names)} found" if names else "missing"
+    folder = Path(root or "MKT_DATA") / archive.pattern.replace("*", "NAME")
+    lines = [
+        f"{archive.name}: {number}; the benchmark has {archive.size}",
+        f"  expected  {folder}/: {archive.layout}",
+    ]
+    if names:
+        lines.append(f"  there     {', '.join(names)}")
+    return [*lines, f"  licence   {archive.licence}", f"  get it    {archive.get}"]

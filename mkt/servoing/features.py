@@ -1,0 +1,353 @@
+"""Image features of visual servoing, and how they change with the camera's motion.
+
+Section VI of [T09].  Four features (16) of the region that a tracker finds,
+s = (x_n, y_n, a_n, theta), with
+
+    a_n = 1 / sqrt(a),    x_n = a_n x_g,    y_n = a_n y_g,
+
+in normalised image coordinates x = (u - u0) / f; a is the area of the region there and
+(x_g, y_g) its centre.  A twist v = (vx, vy, vz, wx, wy, wz) of the camera, in its own
+frame (x right, y down, z forward), changes them by ds/dt = L v with the interaction
+matrix L (4, 6), and a moving target changes them by de/dt besides.
+
+What the camera should do about it: `mkt.servoing.law`.  Explained in notebook 07.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from mkt.regions import CX, CY, HX, HY, THETA, area
+from mkt.types import Array, ArrayLike, Regions
+
+# The angle comes back after a whole turn if a tracker counted it, after half a turn if
+# it is the axis of second moments.
+PERIODS = {"theta": 2 * np.pi, "alpha": np.pi}
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera with square pixels, its axis through the middle of the image.
+
+    Parameters
+    ----------
+    focal : float [px]
+        The focal length f.
+    size : (width, height) [px]
+
+    Raises
+    ------
+    ValueError
+        For a focal length that is not positive.
+    """
+
+    focal: float = 400.0
+    size: tuple[int, int] = (320, 240)
+
+    def __post_init__(self):
+        if not self.focal > 0:
+            raise ValueError(
+                f"focal is {self.focal}; the focal length in pixels must be positive"
+            )
+
+    @property
+    def matrix(self) -> Array:
+        """K (3, 3), which takes (x, y, 1) to (u, v, 1) [px]."""
+        return np.array(
+            [
+                [self.focal, 0, (self.size[0] - 1) / 2],
+                [0, self.focal, (self.size[1] - 1) / 2],
+                [0, 0, 1.0],
+            ]
+        )
+
+    def normalised(self, regions: ArrayLike) -> Regions:
+        """Regions (..., 5) [px, rad] in normalised image coordinates."""
+        return (np.asarray(regions, float) - self._origin) / self._unit
+
+    @cached_property
+    def _origin(self) -> Array:
+        return np.array([(self.size[0] - 1) / 2, (self.size[1] - 1) / 2, 0, 0, 0])
+
+    @cached_property
+    def _unit(self) -> Array:
+        return np.array([self.focal, self.focal, 1, self.focal, self.focal])
+
+
+def features(regions: ArrayLike, camera: Camera, angle: str = "theta") -> Array:
+    """The features (x_n, y_n, a_n, theta) of (16).
+
+    Parameters
+    ----------
+    regions : (..., 5) array_like [px, rad]
+    camera : Camera
+    angle : str
+        "theta", or "alpha" for the direction of the longer axis, in [-pi/2, pi/2).
+
+    Returns
+    -------
+    (..., 4) array
+
+    Raises
+    ------
+    ValueError
+        For a region without area.
+    """
+    seen = camera.normalised(regions)
+    a = area(seen)
+    if not (a > 0).all():
+        raise ValueError(
+            "the region has no area, hence no features; "
+            "its half axes hx and hy must be positive"
+        )
+    a_n = 1 / np.sqrt(a)
+    s = np.empty((*seen.shape[:-1], 4))
+    s[..., 0] = a_n * seen[..., CX]
+    s[..., 1] = a_n * seen[..., CY]
+    s[..., 2] = a_n
+    s[..., 3] = _longer_axis(seen) if angle == "alpha" else seen[..., THETA]
+    return s
+
+
+def _longer_axis(regions: Regions) -> Array:
+    """Directions (...) of the longer axes of regions, in [-pi/2, pi/2)."""
+    quarter = np.where(regions[..., HX] < regions[..., HY], np.pi / 2, 0.0)
+    return _wrapped(regions[..., THETA] + quarter, np.pi)
+
+
+def error(s: ArrayLike, desired: ArrayLike, angle: str = "theta") -> Array:
+    """The error e = s - s* of (14), its angle the shorter way round.
+
+    Parameters
+    ----------
+    s, desired : (..., 4) array_like
+    angle : str
+        "theta", a tracker's angle, modulo 2 pi; or "alpha", an axis, modulo pi.
+
+    Returns
+    -------
+    (..., 4) array
+    """
+    e = np.asarray(s, float) - np.asarray(desired, float)
+    e[..., 3] = _wrapped(e[..., 3], PERIODS[angle])
+    return e
+
+
+def _wrapped(angles: Array, period: float) -> Array:
+    """The same angles in [-period / 2, period / 2)."""
+    return (angles + period / 2) % period - period / 2
+
+
+def interaction_matrix(
+    region: ArrayLike, camera: Camera, surface: float, angle: str = "theta"
+) -> Array:
+    """L of the features of a rectangle whose plane is parallel to the image.
+
+    As a_n / Z = 1 / sqrt(S) whatever the depth Z, the columns of the translations are
+    -1 / sqrt(S) times the identity: this is what (16) is made for.  The row of theta is
+    that of the similarity which fits the rectangle best, as a tracker finds it; that of
+    alpha belongs to the second moments.
+
+    Parameters
+    ----------
+    region : (5,) array_like [px, rad]
+    camera : Camera
+    surface : float [m^2]
+        The true area S of the target.
+    angle : str
+        "theta" or "alpha", see `features`.
+
+    Returns
+    -------
+    (4, 6) array
+
+    Raises
+    ------
+    ValueError
+        For a surface that is not positive, a region without area, and the alpha of a
+        square, which is not defined.
+    """
+    x, y, theta, hx, hy = camera.normalised(region).tolist()
+    w, h = 2 * hx, 2 * hy
+    _check_rectangle(w, h, surface, angle)
+    c2, s2 = math.cos(2 * theta), math.sin(2 * theta)
+    # Second moments of the rectangle over its area: w^2 / 12 and h^2 / 12 along its own
+    # axes, turned by theta.
+    p, q = w * w + h * h, w * w - h * h
+    n20, n02, n11 = (p + q * c2) / 24, (p - q * c2) / 24, q * s2 / 24
+    a_n = 1 / math.sqrt(w * h)
+    # A translation moves x_n, y_n and a_n by -a_n / Z.
+    t = -1 / math.sqrt(surface)
+    # A turn of the camera moves a point by (xy, 1 + y^2) wx - (1 + x^2, xy) wy.  For
+    # the centre the moments come in besides, and a_n, which changes too, leaves -1/2 of
+    # the products x y, x^2 and y^2.
+    xy = 4 * n11 - x * y / 2
+    xx = 1 + 4 * n20 - x * x / 2
+    yy = 1 + 4 * n02 - y * y / 2
+    # The angle follows the rotation in that motion, and k times its shear along the
+    # rectangle's own axes.  Where a similarity is fitted, k is 1 for a line and 0 for a
+    # square, which no shear turns.
+    k = p / q if angle == "alpha" else q / p
+    turn_x = (k * (x * c2 + y * s2) - x) / 2
+    turn_y = (k * (x * s2 - y * c2) - y) / 2
+    return np.array(
+        [
+            [t, 0, 0, a_n * xy, -a_n * xx, a_n * y],  # x_n
+            [0, t, 0, a_n * yy, -a_n * xy, -a_n * x],  # y_n
+            [0, 0, t, -1.5 * a_n * y, 1.5 * a_n * x, 0],  # a_n
+            [0, 0, 0, turn_x, turn_y, -1],  # theta or alpha
+        ]
+    )
+
+
+def _check_rectangle(w: float, h: float, surface: float, angle: str) -> None:
+    """Refuse what has no interaction matrix."""
+    if not surface > 0:
+        raise ValueError(
+            f"surface is {surface}; the true area of the target in m^2 must be positive"
+        )
+    if not (w > 0 and h > 0):
+        raise ValueError(
+            "the region has no area, hence no interaction matrix; "
+            "its half axes hx and hy must be positive"
+        )
+    if angle == "alpha" and w == h:
+        raise ValueError(
+            'the second moments of a square have no axis; use angle="theta"'
+        )
+
+
+def moments(corners: ArrayLike) -> Array:
+    """Features (x_n, y_n, a_n, alpha) of any quadrilateral, from its dense moments.
+
+    Parameters
+    ----------
+    corners : (4, 2) array_like
+        In normalised image coordinates, in order.
+
+    Returns
+    -------
+    (4,) array
+
+    Raises
+    ------
+    ValueError
+        Where it has no area.
+    """
+    shape = _shape(*quadrature(corners))
+    m20, m11, m02 = shape.second
+    a_n = 1 / np.sqrt(shape.area)
+    alpha = np.arctan2(2 * m11, m20 - m02) / 2
+    return np.array([*(a_n * shape.centre), a_n, alpha])
+
+
+def interaction_matrix_tilted(corners: ArrayLike, plane: ArrayLike) -> Array:
+    """L of the features `moments`, for a target in a plane of any tilt.
+
+    Every point of the target moves by the interaction matrix of a point,
+    dx/dt = l(x) v.  So a moment m = int f(x) dx changes by
+    dm/dt = int (grad f . l + f div l) dx v.  The integrals are sums over nine points,
+    exact for the polynomials that occur here.
+
+    Parameters
+    ----------
+    corners : (4, 2) array_like
+        In normalised image coordinates, in order.
+    plane : (A, B, C) [1/m]
+        With 1 / Z = A x + B y + C.
+
+    Returns
+    -------
+    (4, 6) array
+
+    Raises
+    ------
+    ValueError
+        For a quadrilateral without area.
+    """
+    points, weights = quadrature(corners)
+    a, centre, centred, (m20, m11, m02) = _shape(points, weights)
+    flow, divergence = _flow(points, plane)
+    u, v = centred
+    # The centre: f is a coordinate about it, over the area.
+    L_centre = (flow + divergence * centred[:, None]) @ weights / a
+    # The second moments: f is u^2, v^2 and u v.
+    squares = 2 * centred[:, None] * flow + divergence * centred[:, None] ** 2
+    L_20, L_02 = squares @ weights
+    L_11 = (u * flow[1] + v * flow[0] + divergence * u * v) @ weights
+    # The area: f is 1, and a_n = a^(-1/2).
+    a_n = 1 / np.sqrt(a)
+    L_an = -a_n / (2 * a) * (divergence @ weights)
+    # The axis: tan(2 alpha) = 2 m11 / (m20 - m02).
+    difference = m20 - m02
+    numerator = difference * L_11 - m11 * (L_20 - L_02)
+    L_alpha = numerator / (difference**2 + 4 * m11**2)
+    # x_n = a_n x_g and y_n = a_n y_g by the product rule.
+    L_xy = a_n * L_centre + np.outer(centre, L_an)
+    return np.array([*L_xy, L_an, L_alpha])
+
+
+def _flow(points: Array, plane: ArrayLike) -> tuple[Array, Array]:
+    """The interaction matrices l (2, 6, 9) of points (2, 9), and div l (6, 9)."""
+    x, y = points
+    A, B, C = np.asarray(plane, float)
+    d = A * x + B * y + C  # inverse depths
+    o = np.zeros_like(x)
+    along_x = [-d, o, x * d, x * y, -1 - x * x, y]
+    along_y = [o, -d, y * d, 1 + y * y, -x * y, -x]
+    divergence = [o - A, o - B, 3 * d - C, 3 * y, -3 * x, o]
+    return np.array([along_x, along_y]), np.array(divergence)
+
+
+def quadrature(corners: ArrayLike) -> tuple[Array, Array]:
+    """What integrates cubic polynomials over a quadrilateral exactly.
+
+    Gauss's nine points in a square, carried over by the bilinear map of the corners.
+
+    Parameters
+    ----------
+    corners : (4, 2) array_like
+        In order.
+
+    Returns
+    -------
+    points : (2, 9) array
+    weights : (9,) array
+    """
+    node, weight = np.polynomial.legendre.leggauss(3)
+    s, t = (axis.ravel() for axis in np.meshgrid(node, node))
+    # The corners of the square, of which each has a share in every point.
+    p = np.array([[-1, 1, 1, -1]]).T
+    q = np.array([[-1, -1, 1, 1]]).T
+    shares = (1 + p * s) * (1 + q * t)
+    slopes_by_s, slopes_by_t = p * (1 + q * t), q * (1 + p * s)
+    maps = np.array([shares, slopes_by_s, slopes_by_t]) / 4
+    points, ds, dt = np.asarray(corners, float).T @ maps
+    stretch = np.abs(ds[0] * dt[1] - ds[1] * dt[0])
+    return points, np.outer(weight, weight).ravel() * stretch
+
+
+class _Shape(NamedTuple):
+    """Area; centre (2,); points about the centre (2, 9); (mu_20, mu_11, mu_02)."""
+
+    area: float
+    centre: Array
+    centred: Array
+    second: Array
+
+
+def _shape(points: Array, weights: Array) -> _Shape:
+    """The moments of a quadrilateral, from its `quadrature`."""
+    a = weights.sum()
+    if not a > 0:
+        raise ValueError(
+            "the quadrilateral has no area, hence no features; "
+            "give four corners in order round the target"
+        )
+    centre = points @ weights / a
+    centred = points - centre[:, None]
+    u, v = centred
+    return _Shape(a, centre, centred, np.array([u * u, u * v, v * v]) @ weights)

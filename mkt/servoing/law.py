@@ -1,0 +1,116 @@
+"""The control law of visual servoing, and a gain that adapts to the error.
+
+With the features s, the desired ones s* and the interaction matrix L of
+`mkt.servoing.features`, the law (17) of [T09],
+
+    v = -gain L^+ e - L^+ de/dt,    e = s - s*,
+
+makes the error decay as exp(-gain t).  How de/dt, the target's own motion, is found:
+`mkt.servoing.self_motion`.
+
+Explained in notebook 08.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mkt.types import Array
+
+Gain = float | Callable[[Array], float]  # [1/s], a number or a function of the error
+
+# Axes of the twist (vx, vy, vz, wx, wy, wz), by degrees of freedom.
+AXES = {6: (0, 1, 2, 3, 4, 5), 4: (0, 1, 2, 5)}
+
+
+@dataclass(frozen=True)
+class AdaptiveGain:
+    """A gain [1/s], large near the goal and small far from it.
+
+    So the camera is quick in the end without being too fast at the start:
+
+        gain(e) = (near - far) exp(-slope |e| / (near - far)) + far,
+
+    where ``|e|`` is the largest component.
+
+    Parameters
+    ----------
+    near, far : float [1/s]
+        The gains at e = 0 and far away.
+    slope : float
+        How fast the gain falls at e = 0.
+
+    Raises
+    ------
+    ValueError
+        Unless near > far > 0 and slope > 0.
+    """
+
+    near: float = 2.0
+    far: float = 0.5
+    slope: float = 4.0
+
+    def __post_init__(self):
+        if not (self.near > self.far > 0 and self.slope > 0):
+            raise ValueError(
+                f"near, far, slope are {self.near}, {self.far}, {self.slope}; "
+                "near > far > 0 and slope > 0 are needed"
+            )
+
+    def __call__(self, e: Array) -> float:
+        """The gain at the error e (4,)."""
+        span = self.near - self.far
+        return span * np.exp(-self.slope * np.abs(e).max() / span) + self.far
+
+
+def twist(
+    e: Array, L: Array, gain: Gain, de_dt: Array | float = 0.0, dof: int = 6
+) -> Array:
+    """The camera's twist by the control law v = -gain L^+ e - L^+ de/dt, (17).
+
+    The gain is missing in (17) as it is printed.
+
+    Parameters
+    ----------
+    e : (4,) array
+        The error of the features.
+    L : (4, 6) array
+        Their interaction matrix.
+    gain : float [1/s] or AdaptiveGain
+    de_dt : (4,) array or float [1/s]
+        The estimate of what the target does by itself.
+    dof : int
+        6, with the pseudo-inverse of minimum norm, which shares a motion along y
+        between vy and wx; or 4: vx, vy, vz, wz alone.
+
+    Returns
+    -------
+    (6,) array [m/s, rad/s]
+
+    Raises
+    ------
+    ValueError
+        For another dof, and where L is singular.
+    """
+    if dof not in AXES:
+        raise ValueError(f"dof is {dof}; it must be 6, or 4 for vx, vy, vz, wz")
+    axes = list(AXES[dof])
+    rate = gain(e) if callable(gain) else gain
+    wanted = -rate * e - de_dt
+    v = np.zeros(6)
+    v[axes] = _least_solution(L[:, axes], wanted)
+    if not np.abs(L @ v - wanted).max() <= 1e-6 * np.abs(wanted).max():
+        raise ValueError(
+            "the interaction matrix is singular: some features cannot be controlled; "
+            "free more axes, or choose other features"
+        )
+    return v
+
+
+def _least_solution(J: Array, wanted: Array) -> Array:
+    """J^+ wanted = J^T (J J^T)^-1 wanted; NaN where the rows are not independent."""
+    try:
+        return J.T @ np.linalg.solve(J @ J.T, wanted)
+    except np.linalg.LinAlgError:
+        return np.full(J.shape[1], np.nan)

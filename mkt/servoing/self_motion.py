@@ -1,0 +1,286 @@
+"""How fast the target moves by itself: measured, filtered, and used in the closed loop.
+
+Between two frames the error changes by the camera's motion, which is known, and by the
+target's.  So (18) and (19) of [T09] measure
+
+    z_k = (e_k - e_(k-1)) / dt - L v,
+
+with the twist v that acted between the two frames, and a Kalman filter smooths each
+feature's z with the constant-velocity model: de/dt = epsilon stays as it is but for a
+coloured noise nu,
+
+    epsilon_(k+1) = epsilon_k + nu_k,
+    nu_(k+1) = rho nu_k + w_k,    w ~ N(0, Q),
+    z_k = epsilon_k + r_k,        r ~ N(0, R).
+
+Only Q / R matters.  At its two ends there is no filter: 0 ignores the target's motion,
+infinity believes every measurement.  The filter runs with its steady gain, so the whole
+loop is linear, and the `control` package can say where its poles are.
+
+Explained in notebook 09.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from mkt.servoing.features import error
+from mkt.types import Array, ArrayLike
+
+# The control package is imported where it is needed: that takes seconds, because it
+# brings its own plots.
+if TYPE_CHECKING:
+    from control import StateSpace
+
+Matrices = tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike]  # A, B, C, D
+
+
+def measured_self_motion(
+    e: Array, previous: Array, L: Array, v: Array, dt: float, angle: str = "theta"
+) -> Array:
+    """de/dt of the target: how the features move without the camera, (18) and (19).
+
+    Parameters
+    ----------
+    e, previous : (4,) array
+        Errors of two frames.
+    L : (4, 6) array
+        The interaction matrix.
+    v : (6,) array [m/s, rad/s]
+        The camera's twist between the frames.
+    dt : float [s]
+        The time between them.
+    angle : str
+        "theta" or "alpha", see `mkt.servoing.features.features`.
+
+    Returns
+    -------
+    (4,) array [1/s]
+
+    Raises
+    ------
+    ValueError
+        For a frame period that is not positive.
+    """
+    _check_period(dt)
+    return error(e, previous, angle) / dt - L @ v
+
+
+def _check_period(dt: float) -> None:
+    if not dt > 0:
+        raise ValueError(f"dt is {dt}; the frame period in seconds must be positive")
+
+
+@dataclass(frozen=True)
+class Kalman:
+    """The filter of the module's text, with its steady gain.
+
+    It takes any number of features side by side.  [T09] gives no numbers: these suit 5
+    frames a second.
+
+    Parameters
+    ----------
+    ratio : float
+        Q / R, from 0 (compensation off) to infinity (raw).
+    rho : float
+        Correlation of the noise from one frame to the next, in [0, 1).
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
+    """
+
+    ratio: float = 1.0
+    rho: float = 0.3
+
+    def __post_init__(self):
+        if not self.ratio >= 0:
+            raise ValueError(f"ratio is {self.ratio}; Q / R cannot be negative")
+        if not 0 <= self.rho < 1:
+            raise ValueError(
+                f"rho is {self.rho}; the noise's correlation must be in [0, 1)"
+            )
+
+    @cached_property
+    def transition(self) -> Array:
+        """F (2, 2) of the state (epsilon, nu)."""
+        return np.array([[1.0, 1.0], [0.0, self.rho]])
+
+    @cached_property
+    def gain(self) -> Array:
+        """K (2,) = P H^T / (H P H^T + R).
+
+        P is the steady covariance that `control.dlqe` finds.
+        """
+        if self.ratio == 0:
+            return np.zeros(2)
+        if np.isinf(self.ratio):
+            return np.array([1.0, self.rho])
+        import control
+
+        F, H = self.transition, np.array([[1.0, 0.0]])
+        Q, R = np.diag([0.0, self.ratio]), 1.0
+        _, P, _ = control.dlqe(F, np.eye(2), H, Q, R)
+        return P[:, 0] / (P[0, 0] + 1)
+
+    def step(self, state: Array, z: Array) -> Array:
+        """Predict, then correct by the measurement.
+
+        Parameters
+        ----------
+        state : (2, n) array
+            (epsilon, nu) of each feature; all zero at the start.
+        z : (n,) array
+
+        Returns
+        -------
+        (2, n) array
+            The next state, whose first row is the estimate.
+        """
+        predicted = self.transition @ state
+        return predicted + self.gain[:, None] * (z - predicted[0])
+
+    @property
+    def matrices(self) -> Matrices:
+        """A, B, C, D of the filter as a linear system from z to the estimate.
+
+        A filter that is off has no state.
+        """
+        if self.ratio == 0:
+            return [], [], [], [[0.0]]
+        F, K = self.transition, self.gain
+        A = (np.eye(2) - np.outer(K, [1, 0])) @ F
+        C = np.array([[1 - K[0], 0]]) @ F
+        return A, K[:, None], C, K[:1, None]
+
+
+OFF, RAW = Kalman(0.0), Kalman(np.inf)
+
+
+def closed_loop(
+    gain: float,
+    dt: float,
+    kalman: Kalman = OFF,
+    delay: int = 0,
+    mismatch: float = 1.0,
+) -> "StateSpace":
+    """The servo loop of one feature as a linear system; see its ``poles()``.
+
+    It leads from the target's own velocity de/dt to the error e.
+
+    Parameters
+    ----------
+    gain : float [1/s]
+    dt : float [s]
+        The frame period.
+    kalman : Kalman
+        The filter of the target's own motion.
+    delay : int
+        Frames from the exposure to the command.
+    mismatch : float
+        How many times too large L is thought to be.
+
+    Returns
+    -------
+    control.StateSpace
+
+    Raises
+    ------
+    ValueError
+        For a frame period that is not positive.
+    """
+    _check_period(dt)
+    import control
+
+    blocks = [
+        # The error grows by the target's motion and shrinks by the command u = -L v.
+        _sum([1, -1 / mismatch], ["de_dt", "u"], "de", dt),
+        _system((1, dt, 1, 0), "de", "e", dt),
+        _late(delay, "e", "seen", dt),
+        # (18) and (19), with -L v of the twist that acted between the two frames.
+        _system((0, 1, -1 / dt, 1 / dt), "seen", "difference", dt),
+        _late(delay + 1, "u", "done", dt),
+        _sum([1, 1], ["difference", "done"], "z", dt),
+        _system(kalman.matrices, "z", "estimate", dt),
+        # The law (17).
+        _sum([gain, 1], ["seen", "estimate"], "u", dt),
+    ]
+    loop = control.interconnect(blocks, inputs="de_dt", outputs="e")
+    return cast("StateSpace", loop)
+
+
+def _system(
+    matrices: Matrices, inputs: str | list[str], output: str, dt: float
+) -> "StateSpace":
+    """A linear system between signals of these names."""
+    import control
+
+    name = f"{inputs} to {output}"
+    return control.StateSpace(*matrices, dt, inputs=inputs, outputs=output, name=name)
+
+
+def _sum(
+    weights: list[float], inputs: str | list[str], output: str, dt: float
+) -> "StateSpace":
+    """A weighted sum of signals."""
+    return _system(([], [], [], [weights]), inputs, output, dt)
+
+
+def _late(frames: int, signal: str, output: str, dt: float) -> "StateSpace":
+    """A signal so many frames later."""
+    if not frames:
+        return _sum([1], signal, output, dt)
+    shift = np.eye(frames, k=-1)
+    first, last = np.eye(frames, 1), np.eye(1, frames, frames - 1)
+    return _system((shift, first, last, 0), signal, output, dt)
+
+
+def one_feature(
+    gain: Array,
+    dt: float,
+    kalman: Kalman,
+    velocity: ArrayLike,
+    noise: Array,
+    delay: int = 0,
+) -> Array:
+    """The servo loop of one feature simulated, (17) to (19), n cases side by side.
+
+    `closed_loop` describes the same loop, and `mkt.servoing.loop` closes it with all
+    features and a robot.
+
+    Parameters
+    ----------
+    gain : (n,) array [1/s]
+    dt : float [s]
+        The frame period.
+    kalman : Kalman
+        The filter of the target's own motion.
+    velocity : (T,) array_like
+        The target's own, in any unit of length a second.
+    noise : (T, n) array
+        Added to the errors that are measured, in that unit of length.
+    delay : int
+        Frames from the exposure to the command.
+
+    Returns
+    -------
+    (T, n) array
+        The true errors, in that unit of length.
+    """
+    e = np.zeros(len(gain))
+    state = np.zeros((2, len(gain)))
+    history, seen, sent = [], [], [e] * (delay + 1)
+    for k, own in enumerate(np.asarray(velocity, float)):
+        history.append(e)
+        seen.append(e + noise[k])
+        now, before = seen[max(k - delay, 0)], seen[max(k - delay - 1, 0)]
+        if k:
+            measured = (now - before) / dt + sent[-1 - delay]
+            state = kalman.step(state, measured)
+        command = gain * now + state[0]
+        sent.append(command)
+        e = e + dt * (own - command)
+    return np.array(history)

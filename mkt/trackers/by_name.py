@@ -1,0 +1,87 @@
+"""The trackers by the names that commands, figures and tables use.
+
+The first five are (1) to (5) of figure 6 in [T09], in its order.
+"""
+
+from dataclasses import replace
+
+from mkt.colors import ColorBins
+from mkt.kernels import Kernels
+from mkt.registry import Registry
+from mkt.trackers.adaptive import Adaptive
+from mkt.trackers.combined import Combined
+from mkt.trackers.guided import Guided
+from mkt.trackers.hybrid_resampling import HybridResampling
+from mkt.trackers.opencv import MIL, CamShift, MeanShift
+from mkt.trackers.particle_filter import ParticleFilter
+from mkt.trackers.ssd import SSD
+from mkt.trackers.template_matching import TemplateMatching
+from mkt.tracking import Tracker
+
+TRACKERS = Registry("tracker")
+LABELS: dict[str, str] = {}  # what tables and menus call them
+SLOW = ("mil",)  # ten times slower than the rest: run less often where it must be quick
+
+
+def add(name: str, tracker: Tracker, label: str) -> None:
+    """Give a tracker a name and a label; ValueError when the name is taken."""
+    TRACKERS.add(name, tracker)
+    LABELS[name] = label
+
+
+PFHR = HybridResampling()
+# Every pixel of the box alike, as [C14] has it.
+WHOLE_BOX = Kernels("one", "uniform", span=1.5, elliptic=True, samples=400)
+SIR = ParticleFilter(
+    n=200,
+    kernels=WHOLE_BOX,
+    motion=PFHR.motion,
+    scheme="systematic",
+    bins=ColorBins("hs"),
+)
+ONE = ParticleFilter(n=500, kernels=Kernels("one"))  # the single kernel of Section II
+
+add("pf-1", ONE, "(1) one kernel, 500 particles")
+add("ssd", SSD(), "(2) SSD, nine kernels")
+add("pf-500", ParticleFilter(n=500), "(3) nine parts, 500 particles")
+add("pf-75", ParticleFilter(n=75), "(4) nine parts, 75 particles")
+add("combined", Combined(), "(5) combined, 75 particles")
+add("guided", Guided(), "guided (ours)")
+add("adaptive", Adaptive(), "adaptive colour particle filter [N03]")
+add("sir", SIR, "SIR particle filter [C14]")
+add("pfhr", PFHR, "hybrid resampling, PFHR [C14]")
+add("wm", TemplateMatching(), "window matching, WM [C14]")
+add("mil", MIL(), "MIL (OpenCV)")
+add("camshift", CamShift(), "CamShift (OpenCV)")
+add("meanshift", MeanShift(), "MeanShift (OpenCV)")
+
+
+def get(name: str) -> Tracker:
+    """The tracker of a name; UnknownName, a ValueError, lists the known ones."""
+    return TRACKERS[name]
+
+
+def with_particles(name: str, n: int) -> Tracker:
+    """The tracker of a name, with n particles.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, for a tracker without particles, and for n below 1.
+    """
+    tracker = TRACKERS[name]
+    if n < 1:
+        raise ValueError(f"particles is {n}; there must be at least 1")
+    if hasattr(tracker, "n"):
+        return replace(tracker, n=n)
+    if hasattr(tracker, "filter"):
+        return replace(tracker, filter=replace(tracker.filter, n=n))
+    able = [other for other in TRACKERS if _has_particles(get(other))]
+    raise ValueError(
+        f"the tracker {name!r} has no particles; leave their number out, "
+        f"or choose one of {', '.join(able)}"
+    )
+
+
+def _has_particles(tracker: Tracker) -> bool:
+    return hasattr(tracker, "n") or hasattr(tracker, "filter")

@@ -1,0 +1,541 @@
+"""The book: its contents, its notebooks as stored and as run, and the site."""
+
+import re
+from dataclasses import replace
+from html import unescape
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote
+
+import nbformat
+import pytest
+from markdown_it import MarkdownIt
+
+from mkt.course.book import (
+    checks,
+    claims_cache,
+    contents,
+    depends,
+    execute,
+    math_svg,
+    pages,
+    pictures,
+)
+from mkt.course.book.site import write
+from mkt.figures.registry import FIGURES
+from mkt.figures.static_panel import FILES
+from mkt.files import PACKAGE
+from tests import made_up
+
+BOOK = contents.read()
+chapters = pytest.mark.parametrize(
+    "chapter", BOOK.chapters, ids=lambda chapter: chapter.name
+)
+CLOCK = "import time; print(time.time_ns())"
+
+
+def cells(*sources):
+    return nbformat.v4.new_notebook(
+        cells=[
+            nbformat.v4.new_code_cell(source, id=f"c{i}")
+            for i, source in enumerate(sources)
+        ]
+    )
+
+
+def chapter(tmp_path, notebook, timeout=60):
+    nbformat.write(notebook, tmp_path / "trial.ipynb")
+    return contents.Chapter(tmp_path / "trial.ipynb", "Trial", "", (), timeout)
+
+
+def run(trial):
+    """The one chapter of a book, executed if need be."""
+    return execute.execute_all([trial])["trial"]
+
+
+@pytest.fixture
+def nothing_known(tmp_path, monkeypatch):
+    """A cache of the test's own, empty at first; its folder."""
+    monkeypatch.setenv("MKT_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+# The catalogue
+
+
+@pytest.mark.parametrize(
+    "old, new, said",
+    [
+        (
+            "teuliere2009.fig3",
+            "teuliere2009.fig99",
+            "unknown figure teuliere2009.fig99",
+        ),
+        ("01_color", "01_missing", "no notebook 01_missing"),
+        ("title", "titel", "no key 'title'"),
+        ("timeout = 300", "timeout = ", "Invalid value"),
+        ("timeout", "limit", "no key 'timeout' in the chapter 01_color"),
+        ('["teuliere2009.fig1", ', "[", "fig1 is in no chapter"),
+    ],
+)
+def test_a_wrong_catalogue_says_what_is_wrong(tmp_path, old, new, said):
+    path = tmp_path / "book.toml"
+    path.write_text(contents.CATALOGUE.read_text().replace(old, new))
+    with pytest.raises(contents.BookError, match=said):
+        contents.read(path)
+
+
+def test_catalogue_registry_and_notebooks_name_the_same_figures():
+    named = {c.name: set(c.figures) for c in BOOK.chapters}
+    shown = {
+        c.name: {
+            name
+            for _, names in checks.figure_cells(nbformat.read(c.notebook, 4))
+            for name in names
+        }
+        for c in BOOK.chapters
+    }
+    assert named == shown
+    assert set().union(*named.values()) == set(FIGURES)
+
+
+@chapters
+def test_chapter_is_headed_by_its_number_and_title(chapter):
+    assert (
+        nbformat.read(chapter.notebook, 4)
+        .cells[0]
+        .source.startswith(f"# {int(chapter.name[:2])}. {chapter.title}\n")
+    )
+
+
+def test_chapters_stand_in_the_order_of_their_numbers():
+    assert [c.name for c in BOOK.chapters] == sorted(c.name for c in BOOK.chapters)
+
+
+def test_every_notebook_is_in_the_catalogue():
+    assert {c.notebook for c in BOOK.chapters} == set(
+        contents.NOTEBOOKS.glob("*.ipynb")
+    )
+
+
+# Notebooks as stored
+
+
+@chapters
+def test_notebook_is_stored_clean(chapter):
+    notebook = nbformat.read(chapter.notebook, 4)
+    assert checks.stored(notebook) == []
+    assert checks.strip(notebook) == notebook
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "def f(): pass",
+        "f = lambda x: x",
+        "class A: pass",
+        "if 1:\n    async def f(): pass",
+    ],
+)
+def test_helper_functions_are_found(source):
+    assert (
+        "belongs into the library"
+        in checks.stored(cells("%matplotlib inline\n" + source))[0]
+    )
+
+
+def test_outputs_are_found_and_stripped(tmp_path):
+    notebook = cells("1")
+    notebook.cells[0].update(
+        execution_count=3, outputs=[nbformat.v4.new_output("stream", text="x")]
+    )
+    notebook.cells[0].metadata = {
+        "tags": ["kept"],
+        "execution": {"iopub.status.busy": "now"},
+    }
+    path = chapter(tmp_path, notebook).notebook
+    assert "stored outputs" in checks.stored(notebook)[0]
+    assert checks.strip_file(path) and not checks.strip_file(path)
+    clean = nbformat.read(path, 4)
+    assert checks.stored(clean) == []
+    assert clean.cells[0].metadata == {"tags": ["kept"]}
+
+
+# Running
+
+
+@chapters
+def test_notebook_runs_and_every_figure_appears(chapter, notebooks):
+    assert checks.executed(notebooks[chapter.name]) == []
+    assert "application/vnd.jupyter.widget-state+json" not in nbformat.writes(
+        notebooks[chapter.name]
+    )
+
+
+@pytest.mark.parametrize("call", ['show("toy.line");', 'mkt.explore("toy.line")'])
+def test_a_figure_without_picture_is_noticed(call):
+    assert checks.executed(cells(call)) == [
+        "cell c0 draws toy.line, but no picture came out"
+    ]
+
+
+def test_a_failing_cell_is_named_with_its_traceback(tmp_path, nothing_known):
+    trial = chapter(tmp_path, cells("x = 1", "x / 0"))
+    with pytest.raises(
+        contents.BookError,
+        match=r"(?s)trial.ipynb, cell c1:.*x / 0.*ZeroDivisionError",
+    ):
+        run(trial)
+    assert [path.name for path in tmp_path.iterdir()] == ["trial.ipynb"]
+
+
+def test_a_cell_that_python_cannot_read_is_named_too(tmp_path, nothing_known):
+    trial = chapter(tmp_path, cells("x = "))
+    with pytest.raises(
+        contents.BookError, match=r"(?s)trial.ipynb, cell c0:.*SyntaxError"
+    ):
+        run(trial)
+
+
+def test_a_chapter_that_takes_too_long_is_stopped(tmp_path, nothing_known):
+    trial = chapter(tmp_path, cells("import time; time.sleep(60)"), timeout=5)
+    with pytest.raises(
+        contents.BookError, match="trial.ipynb, (?s:.*)not finished after 5 s"
+    ):
+        run(trial)
+
+
+def test_an_unchanged_chapter_is_not_run_again(tmp_path, nothing_known):
+    trial = chapter(tmp_path, cells(CLOCK))
+    first = run(trial)
+    assert run(trial) == first
+    nbformat.write(cells("print(1)"), trial.notebook)
+    assert run(trial).cells[0].outputs[0].text == "1\n"
+
+
+def test_a_chapter_whose_text_alone_changed_shows_it_with_the_known_outputs(
+    tmp_path, nothing_known
+):
+    notebook = cells(CLOCK)
+    trial = chapter(tmp_path, notebook)
+    before = run(trial)
+    notebook.cells.insert(0, nbformat.v4.new_markdown_cell("# New", id="new"))
+    nbformat.write(notebook, trial.notebook)
+    after = run(trial)
+    assert after.cells[0].source == "# New"
+    assert after.cells[1] == before.cells[0]
+    assert after.cells[1].outputs[0].text.strip().isdecimal()
+
+
+def test_claims_are_judged_once_until_something_changes(nothing_known, monkeypatch):
+    asked = []
+
+    def judge(seeds):
+        asked.append(seeds)
+        return [replace(result, seeds=seeds) for result in made_up.results()]
+
+    first, second = (claims_cache.kept(judge) for _ in range(2))
+    assert first == second == judge(claims_cache.SEEDS) and len(asked) == 2
+    for path in nothing_known.rglob("*.json"):
+        path.write_text("{half a fi")
+    assert claims_cache.kept(judge) == first and len(asked) == 3
+    monkeypatch.setattr(depends, "of_claims", lambda seeds: "another state")
+    assert claims_cache.kept(judge) == first and len(asked) == 4
+
+
+def test_output_widgets_do_not_stall(tmp_path, nothing_known):
+    source = (
+        "import ipywidgets\n"
+        "out = ipywidgets.Output()\n"
+        "with out:\n"
+        "    print('seen')\n"
+        "out"
+    )
+    notebook = run(chapter(tmp_path, cells(*[source] * 5)))
+    assert all(cell.execution_count for cell in notebook.cells)
+
+
+# What has to be made again
+
+
+def reached(*sources):
+    """Files of the library that the code of a chapter reaches, below ``mkt``."""
+    files = depends.reachable(depends.named_in(cells(*sources)))
+    return {path.relative_to(PACKAGE).as_posix() for path in files}
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "from mkt.trackers.ssd import SSD",
+        "import mkt.trackers.ssd",
+        "from mkt.trackers import ssd",
+        "import mkt\nmkt.SSD()",
+        "import mkt\nmkt.track(mkt.SSD(iterations=3), clip).info",
+        "import mkt\nmkt.trackers.ssd.SSD()",
+        "from mkt import SSD",
+    ],
+)
+def test_a_chapter_reaches_what_its_code_names_and_what_that_imports(source):
+    found = reached(source)
+    assert {"trackers/ssd.py", "histograms.py", "regions.py"} <= found
+    assert not {"trackers/guided.py", "servoing/loop.py"} & found
+
+
+def test_a_chapter_reaches_the_figures_that_it_shows_and_no_others():
+    found = reached('from mkt.figures import show\nshow("teuliere2009.fig3");')
+    assert {"papers/teuliere2009/histograms.py", "figures/static_panel.py"} <= found
+    assert not any(name.startswith("papers/nummiaro2003/") for name in found)
+    everything = reached("import mkt\nmkt.FIGURES")
+    assert "papers/nummiaro2003/steps.py" in everything
+
+
+@chapters
+def test_a_change_in_the_course_runs_no_chapter_again(chapter):
+    notebook = nbformat.read(chapter.notebook, 4)
+    sources = [cell.source for cell in checks.code_cells(notebook)]
+    assert not any(name.startswith("course/") for name in reached(*sources))
+
+
+@pytest.mark.parametrize("paper", ["teuliere2009", "nummiaro2003", "cordoba2014"])
+def test_a_change_in_one_papers_figures_draws_no_other_papers_again(paper):
+    drawn_again = {
+        name.partition(".")[0]
+        for name, entry in FIGURES.items()
+        for file in depends.reachable([depends.home(entry)])
+        if file.parent == depends.PAPERS / paper
+    }
+    assert paper in drawn_again and drawn_again <= {paper, "own"}
+
+
+def test_a_key_follows_code_packages_and_data_but_not_text(monkeypatch):
+    notebook = cells("from mkt.figures import show")
+    keys = [depends.of_chapter(notebook)]
+    notebook.cells.append(nbformat.v4.new_markdown_cell("text"))
+    assert depends.of_chapter(notebook) == keys[0]
+    for place, name, other in [
+        (depends, "reachable", lambda files: {PACKAGE / "regions.py"}),
+        (depends, "beside", lambda files: [PACKAGE / "regions.py"]),
+        (depends.cache, "versions", lambda: ["numpy 1"]),
+    ]:
+        with monkeypatch.context() as patch:
+            patch.setattr(place, name, other)
+            keys.append(depends.of_chapter(notebook))
+    monkeypatch.setenv("MKT_DATA", "elsewhere")
+    keys.append(depends.of_chapter(notebook))
+    notebook.cells[0].source += "\n"
+    keys.append(depends.of_chapter(notebook))
+    assert len(set(keys)) == len(keys) == 6
+
+
+def test_a_template_beside_a_module_counts_as_its_code_does():
+    files = depends.reachable(depends.named_in(cells("import mkt\nmkt.show")))
+    assert PACKAGE / "figures" / "static_panel.html" in depends.beside(files)
+
+
+def test_a_figure_is_drawn_once_and_alone_when_it_changes(nothing_known, monkeypatch):
+    asked = []
+
+    def draw_all(names):
+        asked.extend(names)
+        yield from ((name, dict.fromkeys(pictures.DRAWN, b"x")) for name in names)
+
+    def key(entry, *how):
+        return f"{entry.name} {entry.name == changed}"
+
+    monkeypatch.setattr(pictures, "_draw_all", draw_all)
+    monkeypatch.setattr(depends, "of_picture", key)
+    changed = ""
+    first = pictures.drawn()
+    assert len(first) == 3 * len(FIGURES) and asked == list(FIGURES)
+    assert pictures.drawn() == first and asked == list(FIGURES)
+    changed = "own.run"
+    assert pictures.drawn() == first and asked == [*FIGURES, "own.run"]
+
+
+# Pages
+
+
+def test_names_of_folders_and_titles_are_shown_as_they_are():
+    ugly = '<b>*a*</b> _b_ `c` | $d$ & "e" [f](g)'
+    board = made_up.boards()[0]
+    board = replace(board, data=ugly, rows=board.rows.assign(source=ugly))
+    page = MarkdownIt().enable("table").render(pages.leaderboard([board]))
+    assert unescape(page).count(ugly) == 3  # the data, a column, a refusal
+    assert "<b>" not in page and "<em>a</em>" not in page
+    titled = replace(BOOK.chapters[0], title=ugly)
+    first = pages.first(replace(BOOK, chapters=(titled, *BOOK.chapters[1:])))
+    assert ugly in unescape(first) and "<b>" not in first
+
+
+def test_every_old_name_of_a_module_leads_to_a_module_that_is_there():
+    known = pages.modules()
+    for path, text in pages.moved().items():
+        new = re.search(r"is now <a href=\"[^\"]*\">([^<]+)</a>", text)[1]
+        assert new in known
+        if path.startswith("api/"):
+            assert Path(path).stem not in known
+
+
+def test_a_folder_is_made_to_hold_what_is_given_and_touched_no_more_than_that(tmp_path):
+    write({"a/b.txt": b"1", "c.txt": b"2"}, tmp_path)
+    then = (tmp_path / "c.txt").stat().st_mtime_ns
+    write({"a/d.txt": b"3", "c.txt": b"2"}, tmp_path)
+    files = {path.name for path in tmp_path.rglob("*") if path.is_file()}
+    assert files == {"d.txt", "c.txt"}
+    assert (tmp_path / "c.txt").stat().st_mtime_ns == then
+
+
+# The site
+
+
+class Page(HTMLParser):
+    """What a page loads, where it links to, and the ids it has."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.loads, self.links, self.ids = [], [], set()
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        self.ids |= {
+            attributes[name] for name in ("id", "name") if attributes.get(name)
+        }
+        self.loads += [
+            attributes[name]
+            for name in ("src", "srcset", "poster", "data")
+            if attributes.get(name)
+        ]
+        self.loads += re.findall(
+            r"url\(['\"]?([^)'\"]+)", attributes.get("style") or ""
+        )
+        if attributes.get("href"):
+            (self.loads if tag == "link" else self.links).append(attributes["href"])
+
+
+@pytest.fixture(scope="session")
+def pages_of(site):
+    return {path: Page(path) for path in site.rglob("*.html")}
+
+
+def test_no_request_leaves_the_site(site, pages_of):
+    loads = [(path.name, url) for path, page in pages_of.items() for url in page.loads]
+    loads += [
+        (path.name, url)
+        for path in site.rglob("*.css")
+        for url in re.findall(
+            r"(?:url\(|@import\s+)['\"]?([^)'\";]+)", path.read_text(encoding="utf-8")
+        )
+    ]
+    assert [load for load in loads if re.match(r"(\w+:)?//", load[1])] == []
+
+
+def test_every_internal_link_and_file_is_there(pages_of):
+    broken = []
+    for path, page in pages_of.items():
+        for url in page.links + page.loads:
+            file, _, fragment = unquote(url).partition("#")
+            target = (path.parent / file.partition("?")[0]).resolve() if file else path
+            if (
+                re.match(r"\w+:", url)
+                or path.name in ("genindex.html", "search.html")
+                and url == "#"
+            ):
+                continue
+            if (
+                not target.exists()
+                or fragment
+                and target in pages_of
+                and fragment not in pages_of[target].ids
+            ):
+                broken.append((path.name, url))
+    assert broken == []
+
+
+def test_the_site_is_light_and_so_is_every_pdf(site):
+    sizes = {
+        path.relative_to(site): path.stat().st_size
+        for path in site.rglob("*")
+        if path.is_file()
+    }
+    assert sum(sizes.values()) < 60e6
+    assert {
+        str(path): size
+        for path, size in sizes.items()
+        if path.suffix == ".pdf" and size > 1e6
+    } == {}
+
+
+def test_under_every_figure_are_its_pdf_and_its_table(site, pages_of):
+    for chapter in BOOK.chapters:
+        links = set(pages_of[site / f"{chapter.name}.html"].links)
+        for name in chapter.figures:
+            assert {f"{FILES}/{name}.pdf", f"{FILES}/{name}.csv"} <= links
+
+
+def test_gallery_leads_to_every_figure_its_chapter_and_its_source(site, pages_of):
+    gallery = pages_of[site / "gallery.html"]
+    for chapter in BOOK.chapters:
+        for name in chapter.figures:
+            assert f"{chapter.name}.html#{pages.anchor(name)}" in gallery.links
+            assert pages.source_page(FIGURES[name].function) in gallery.links
+            assert f"{FILES}/{name}.webp" in gallery.loads
+
+
+def test_every_claim_is_on_its_page_with_sentence_and_verdict_in_words(site, pages_of):
+    text = unescape((site / "claims.html").read_text(encoding="utf-8"))
+    for result in made_up.results():
+        assert result.claim.name in pages_of[site / "claims.html"].ids
+        assert result.claim.sentence in text and result.claim.printed in text
+    assert all(
+        f"<td><{verdict}></td>" in text and f"{sign} {verdict}</span>" in text
+        for verdict, (_, sign) in pages.BADGES.items()
+    )
+    assert "claims.html" in pages_of[site / "index.html"].links
+
+
+def test_the_leaderboard_says_who_which_data_and_how_many_runs(site, pages_of):
+    text = unescape((site / "leaderboard.html").read_text(encoding="utf-8"))
+    assert "Nowhere: 1 sequence, 2 runs" in text and "No data at all." in text
+    assert text.index("(2) SSD, nine kernels") < text.index(
+        "MIL (OpenCV)"
+    ) and ">0.62 / 88<" in text.replace("<p>", "").replace("</p>", "")
+    assert "MIL (OpenCV) would not start on made up: too dark" in text
+    assert "leaderboard.html" in pages_of[site / "index.html"].links
+
+
+def test_every_module_has_its_page(site):
+    assert all(
+        (site / "api" / f"{name}.html").is_file() for name in pages.modules()[1:]
+    )
+
+
+def test_every_old_address_of_a_module_is_answered(site, pages_of):
+    for path in pages.moved():
+        assert len(pages_of[site / path].links) == 1
+
+
+def test_every_page_has_the_script_of_the_panels(site, pages_of):
+    for chapter in BOOK.chapters:
+        loads = pages_of[site / f"{chapter.name}.html"].loads
+        assert any(url.startswith("_static/static_panel.js") for url in loads)
+
+
+def test_every_formula_is_drawn():
+    formulas = [
+        match
+        for chapter in BOOK.chapters
+        for cell in nbformat.read(chapter.notebook, 4).cells
+        if cell.cell_type == "markdown"
+        for match in re.findall(r"\$\$(.+?)\$\$", cell.source, re.S)
+    ]
+    assert formulas
+    assert all(math_svg.svg(tex).startswith("<svg") for tex in formulas)
+
+
+def test_reprs_of_drawing_calls_are_not_on_the_page(site):
+    assert not any(
+        "&lt;matplotlib." in (site / f"{chapter.name}.html").read_text(encoding="utf-8")
+        for chapter in BOOK.chapters
+    )

@@ -1,0 +1,244 @@
+"""The command line: help without a package, mistakes answered in a sentence."""
+
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from mkt.course import cli
+from mkt.course.commands import lab
+from mkt.course.figure_arguments import parameters
+from mkt.figures.registry import FIGURES
+from mkt.files import ROOT
+
+COMMANDS = (
+    "book",
+    "test",
+    "lab",
+    "figure",
+    "claims",
+    "track",
+    "bench",
+    "data",
+    "labs",
+    "doctor",
+    "strip",
+)
+FIGURE = "teuliere2009.fig2"
+
+
+def bare(*words):
+    """Run the program on a Python that sees no installed package."""
+    return subprocess.run(
+        [sys.executable, "-S", "-m", "mkt", *words],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+
+
+def run(*words):
+    """Run a command; returns its exit code, 0 for None."""
+    return cli.run(cli.parse([*map(str, words)])) or 0
+
+
+def test_help_needs_no_package():
+    result = bare("--help")
+    assert result.returncode == 0
+    assert all(f"    {command} " in result.stdout for command in COMMANDS)
+
+
+def test_a_reader_who_has_read_enough_is_no_error():
+    program = subprocess.Popen(
+        [sys.executable, "-m", "mkt", "data"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    program.stdout.close()  # as `| head -0` does, before a word was printed
+    assert program.stderr.read() == "" and program.wait(60) == 1
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself_with_examples(command, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        cli.parse([command, "--help"])
+    assert stopped.value.code == 0
+    assert f"examples:\n  python3 -m mkt {command}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        ((), "usage:"),
+        (("nope",), "invalid choice"),
+        (("book", "--fast"), "unrecognized arguments: --fast"),
+        (("figure",), "needs an ID and -o FILE"),
+        (("bench", "--seeds", "3"), "go with `bench tracking`"),
+    ],
+)
+def test_a_mistyped_command_is_refused_before_anything_is_installed(words, said):
+    result = bare(*words)
+    assert result.returncode == 2
+    assert said in result.stdout + result.stderr
+
+
+def test_arguments_after_test_and_lab_are_handed_on_in_order():
+    words = ["-k", "widgets", "tests/test_cli.py", "-x"]
+    assert cli.parse(["test", *words]).rest == words
+    assert cli.parse(["lab", "--no-browser"]).rest == ["--no-browser"]
+
+
+def test_jupyterlab_is_opened_on_the_notebooks_with_our_settings(monkeypatch):
+    given = []
+    made_up = SimpleNamespace(main=given.extend)
+    monkeypatch.setitem(sys.modules, "jupyterlab.labapp", made_up)
+    assert run("lab", "--no-browser") == 0
+    assert given[0] == f"--ServerApp.root_dir={ROOT / 'notebooks'}"
+    assert given[1].startswith("--LabApp.app_settings_dir=")
+    assert given[2:] == ["--no-browser"]
+    assert list(lab.SETTINGS.glob("*.json"))
+
+
+@pytest.mark.parametrize(
+    "ending, magic",
+    [
+        ("png", b"\x89PNG"),
+        ("pdf", b"%PDF"),
+        ("svg", b"<?xml"),
+        ("csv", b"# Title: teuliere2009.fig2"),
+    ],
+)
+def test_figure_writes_the_format_of_the_ending(tmp_path, ending, magic):
+    path = tmp_path / f"figure.{ending}"
+    changes = ["--set", "span=0.8", "layout=2x2"]
+    assert run("figure", FIGURE, "-o", path, *changes) == 0
+    assert path.read_bytes().startswith(magic)
+
+
+PICTURE = (FIGURE, "-o", "x.png")
+MISTAKES = [
+    (
+        ("ghosts", "-o", "x.png"),
+        f"no figure 'ghosts'; there are {', '.join(FIGURES)}",
+    ),
+    (
+        ("fig6", "-o", "x.png"),
+        "no figure 'fig6', perhaps teuliere2009.fig6 or nummiaro2003.fig6 "
+        "or cordoba2014.fig6?; there are",
+    ),
+    (
+        (*PICTURE, "--set", "spam=1"),
+        "has no parameter 'spam'; it takes layout, span",
+    ),
+    ((*PICTURE, "--set", "span"), "'span' is not NAME=VALUE"),
+    ((*PICTURE, "--set", "span=wide"), "not a number of type float"),
+    ((*PICTURE, "--set", "layout=5x5"), "choose from one, 2x2, 3x3"),
+    (
+        (FIGURE, "-o", "x.nonsense"),
+        "x.nonsense: the ending says what to write; take one of .png, .pdf, .svg, .csv",
+    ),
+    (
+        (FIGURE, "-o", "no/such/folder/x.png"),
+        "no folder no/such/folder for x.png; make it first",
+    ),
+    (
+        ("--all", "-o", f"{__file__}/x"),
+        "x cannot be made a folder: Not a directory",
+    ),
+    (
+        ("teuliere2009.fig8", "-o", "x.png", "--set", "frame=999", "features=exact"),
+        "has no parameter 'features'",
+    ),
+    (
+        ("own.run", "-o", "x.png", "--set", "spam=1"),
+        "it takes frame, tracker, particles, scene, seed, n for particles",
+    ),
+    (
+        ("own.resampling", "-o", "x.png", "--set", "n=0"),
+        "own.resampling cannot be drawn with n=0: ",
+    ),
+]
+
+
+@pytest.mark.parametrize("words, said", MISTAKES)
+def test_a_wrong_figure_is_answered_in_a_sentence(words, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stopped:
+        run("figure", *words)
+    assert stopped.value.code.startswith("mkt figure: ")
+    assert said in stopped.value.code
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (("claims", "T09-z"), "mkt claims: no claim 'T09-z'"),
+        (("bench", "tracking", "best"), "mkt bench: no tracker 'best'; there are "),
+        (("bench", "tracking", "-o", "x.png"), "mkt bench: -o x.png: give a name "),
+        (("claims", "-o", "no/x.csv"), "mkt claims: no folder no for x.csv; make it"),
+        (("labs", "check", "none.ipynb"), "mkt labs: none.ipynb: there is no such"),
+    ],
+)
+def test_every_other_command_names_itself_when_its_input_is_wrong(
+    words, said, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stopped:
+        run(*words)
+    assert stopped.value.code.startswith(said)
+
+
+def test_figure_takes_set_once_or_often_and_numbers_between_the_positions():
+    once = ["--set", "particles=100", "threshold=0.5"]
+    often = ["--set", "n=100", "--set", "threshold=0.5"]
+    for words in once, often:
+        args = cli.parse(["figure", "teuliere2009.fig6", "-o", "x.pdf", *words])
+        chosen = parameters(FIGURES[args.id], args.set)
+        assert chosen == {"particles": 100, "threshold": 0.5}
+    words = ["fps=7.5", "compensation=off"]
+    chosen = parameters(FIGURES["teuliere2009.fig10"], words)
+    assert chosen == {"fps": 7.5, "compensation": "off"}
+    chosen = parameters(FIGURES["nummiaro2003.fig8"], ["turns=False"])
+    assert chosen == {"turns": False}
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["--all"], "--all and -o FOLDER"),
+        ([FIGURE, "--all", "-o", "x"], "--all and -o FOLDER"),
+        ([FIGURE], "an ID and -o FILE"),
+        (["--all", "-o", "x", "--set", "a=1"], "--set goes with one figure"),
+        ([FIGURE, "-o", "x.png", "--format", "pdf"], "--format with --all"),
+    ],
+)
+def test_figure_is_asked_for_one_or_for_all(words, said, capsys):
+    with pytest.raises(SystemExit):
+        cli.parse(["figure", *words])
+    assert said in capsys.readouterr().err
+
+
+def test_figure_all_writes_every_figure(tmp_path, monkeypatch):
+    two = {name: FIGURES[name] for name in ("own.root_locus", FIGURE)}
+    monkeypatch.setattr(FIGURES, "_entries", two)
+    folder = tmp_path / "new" / "folder"
+    assert run("figure", "--all", "-o", folder, "--format", "pdf") == 0
+    written = {path.name for path in folder.iterdir()}
+    assert written == {"own.root_locus.pdf", f"{FIGURE}.pdf"}
+
+
+def test_figure_list_names_every_figure_and_every_parameter(capsys):
+    run("figure", "--list")
+    listed = capsys.readouterr().out
+    assert all(name in listed for name in FIGURES)
+    run("figure", FIGURE, "--list")
+    listed = capsys.readouterr().out
+    assert "span=1.0    one of 0.4, 0.5" in listed
+    assert "Numbers need not be" in listed and "n means" not in listed
+    run("figure", "own.run", "--list")
+    assert "n means particles" in capsys.readouterr().out

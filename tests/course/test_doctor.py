@@ -1,0 +1,145 @@
+"""The doctor calls fine things fine, finds each planted trouble, and has a remedy."""
+
+import subprocess
+import sys
+
+import pytest
+
+from mkt.course import doctor, environment
+from mkt.files import ROOT
+from mkt.sequences import writing
+
+# Runs the command in a copy of the clone, whose folder it is told.
+ELSEWHERE = """
+import pathlib, sys
+folder = sys.argv[1]
+sys.path.insert(0, folder)
+sys.argv = ["mkt", "doctor"]
+from mkt import __main__ as program
+from mkt.course import environment
+environment.VENV = pathlib.Path(folder) / ".venv"
+sys.exit(program.main())
+"""
+
+
+def findings(check):
+    return {finding.name: finding for finding in check()}
+
+
+def test_what_the_environment_needs_is_there():
+    for check in (
+        doctor.machine,
+        doctor.packages,
+        doctor.one_opencv,
+        doctor.codecs,
+        doctor.widgets,
+        doctor.kernel,
+    ):
+        assert not [str(f) for f in check() if f.state == doctor.WRONG]
+
+
+@pytest.mark.parametrize("version", ["", "1.0"])
+def test_a_missing_or_other_package_is_named(monkeypatch, version):
+    known = doctor._version
+    monkeypatch.setattr(
+        doctor, "_version", lambda name: version if name == "numpy" else known(name)
+    )
+    found = findings(doctor.packages)["packages"]
+    assert (
+        found.state == doctor.WRONG
+        and "numpy is " + (version or "missing") in found.found
+        and found.remedy
+    )
+
+
+def test_two_wheels_of_opencv_are_one_too_many(monkeypatch):
+    monkeypatch.setattr(
+        doctor,
+        "_version",
+        lambda name: (
+            "5.0" if name in ("opencv-python", "opencv-python-headless") else ""
+        ),
+    )
+    assert findings(doctor.one_opencv)["OpenCV"].state == doctor.WRONG
+
+
+def test_a_format_that_cannot_be_written_is_found(monkeypatch):
+    monkeypatch.setitem(writing.CODECS, ".webm", "NONE")
+    found = findings(doctor.codecs)
+    assert (
+        found["video .webm"].state == doctor.WRONG
+        and found["video .avi"].state == doctor.FINE
+    )
+
+
+def test_a_folder_of_data_that_is_not_there(monkeypatch, tmp_path):
+    monkeypatch.setenv("MKT_DATA", str(tmp_path / "nowhere"))
+    assert findings(doctor.data_sets)["data sets"].state == doctor.WRONG
+    monkeypatch.delenv("MKT_DATA")
+    assert findings(doctor.data_sets)["data sets"].state == doctor.FINE
+
+
+@pytest.mark.parametrize(
+    "stamp, state",
+    [
+        (None, doctor.NOTE),
+        ("unfinished", doctor.NOTE),
+        ("old", doctor.NOTE),
+        ("foreign", doctor.WRONG),
+    ],
+)
+def test_the_state_of_the_environment(monkeypatch, tmp_path, stamp, state):
+    monkeypatch.setattr(environment, "VENV", tmp_path / ".venv")
+    monkeypatch.setattr(doctor.sys, "prefix", str(tmp_path))
+    if stamp:
+        (tmp_path / ".venv").mkdir()
+        (
+            tmp_path
+            / ".venv"
+            / ("something" if stamp == "foreign" else environment.STAMP_NAME)
+        ).write_text(stamp)
+    found = findings(doctor.virtual_environment)["environment"]
+    assert found.state == state and found.remedy
+
+
+def test_a_server_whose_environment_is_marked_needs_no_other(monkeypatch, tmp_path):
+    monkeypatch.setattr(environment, "VENV", tmp_path / ".venv")
+    monkeypatch.setattr(doctor.sys, "prefix", str(tmp_path))
+    exec(compile((ROOT / ".binder" / "postBuild").read_text(), "postBuild", "exec"), {})
+    assert findings(doctor.virtual_environment)["environment"].state == doctor.FINE
+
+
+def test_the_server_installs_what_the_readme_does():
+    line = (ROOT / ".binder" / "requirements.txt").read_text().split()
+    assert (
+        line[0] == "-r"
+        and (ROOT / ".binder" / line[1]).resolve() == ROOT / "environment.txt"
+    )
+
+
+def test_every_trouble_has_a_remedy_and_a_code(monkeypatch, capsys):
+    monkeypatch.setenv("MKT_DATA", "/nowhere")
+    monkeypatch.setattr(doctor, "_version", lambda name: "")
+    monkeypatch.setattr(
+        environment, "stamp_of", lambda folder: environment.wanted_stamp()
+    )
+    assert all(
+        finding.remedy for finding in doctor.diagnose() if finding.state != doctor.FINE
+    )
+    assert doctor.main() == 1 and "things to mend" in capsys.readouterr().out
+
+
+def test_it_runs_where_nothing_is_installed(tmp_path):
+    """A copy of the checkout without environment, and a Python without packages."""
+    for name in ("environment.txt", "pyproject.toml"):
+        (tmp_path / name).write_bytes((ROOT / name).read_bytes())
+    (tmp_path / "mkt").symlink_to(ROOT / "mkt", target_is_directory=True)
+    done = subprocess.run(
+        [sys.executable, "-S", "-I", "-c", ELSEWHERE, str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 0 and "not set up yet" in done.stdout, (
+        done.stdout + done.stderr
+    )

@@ -1,0 +1,175 @@
+"""The set-up: what it is made from, what stops it, and how it is begun again.
+
+The real thing runs in CI, before these tests.
+"""
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+import tomllib
+
+import pytest
+
+from mkt import __main__ as door
+from mkt.course import environment
+from mkt.files import ROOT
+
+SAY = "import sys; print({!r}); sys.exit({})"
+# NAME==VERSION, perhaps a condition, and at least one hash, to the end of the entry.
+PINNED = r"[\w.-]+==\S+(?: ; [^\\\n]+)?(?: \\\n    --hash=sha256:[0-9a-f]{64})+\n"
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """The environment's folder in an empty clone; one step, which writes a file."""
+    (tmp_path / "environment.txt").write_text("numpy==2\n")
+    (tmp_path / "pyproject.toml").write_text("")
+    for name, path in {
+        "ROOT": "",
+        "VENV": ".venv",
+        "REQUIREMENTS": "environment.txt",
+        "PYTHON": ".venv/made",
+    }.items():
+        monkeypatch.setattr(environment, name, tmp_path / path)
+    only_step(monkeypatch, "open('.venv/made', 'a').write('x')")
+    return tmp_path / ".venv"
+
+
+def only_step(monkeypatch, code):
+    """Let the set-up be one step, which runs some code."""
+    command = [sys.executable, "-c", code]
+    monkeypatch.setattr(environment, "steps", lambda uv: [("working", command)])
+
+
+def test_set_up_once_and_not_again(place):
+    environment.ensure()
+    assert environment.stamp_of(place) == environment.wanted_stamp()
+    environment.ensure()
+    assert (place / "made").read_text() == "x"
+
+
+@pytest.mark.parametrize("name", ["environment.txt", "pyproject.toml"])
+def test_changed_packages_renew_the_environment(place, name):
+    environment.ensure()
+    (place / "leftover").mkdir()
+    (place.parent / name).write_text("# changed\n")
+    environment.ensure()
+    assert environment.stamp_of(place) == environment.wanted_stamp()
+    assert not (place / "leftover").exists()
+
+
+def test_a_stopped_set_up_is_begun_again(place, monkeypatch):
+    def interrupted(command):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as context:
+        context.setattr(environment, "execute", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            environment.ensure()
+    assert environment.stamp_of(place) == environment.UNFINISHED
+    (place / "half").write_text("made")
+    environment.ensure()
+    assert environment.stamp_of(place) == environment.wanted_stamp()
+    assert not (place / "half").exists()
+
+
+def test_somebody_elses_environment_is_left_alone(place):
+    place.mkdir()
+    (place / "pyvenv.cfg").write_text("mine")
+    with pytest.raises(SystemExit, match="was not made by mkt"):
+        environment.ensure()
+    assert (place / "pyvenv.cfg").read_text() == "mine"
+
+
+def test_an_environment_is_not_renewed_from_within(place, monkeypatch):
+    environment.ensure()
+    (place.parent / "environment.txt").write_text("numpy==3\n")
+    monkeypatch.setattr(sys, "prefix", str(place))
+    with pytest.raises(SystemExit, match="deactivate"):
+        environment.ensure()
+
+
+def test_no_network_is_said_plainly(place, monkeypatch, capsys):
+    said = "Failed to establish a new connection: Name or service not known"
+    only_step(monkeypatch, SAY.format(said, 1))
+    with pytest.raises(SystemExit, match="needs a network connection"):
+        environment.ensure()
+    assert "Name or service" in capsys.readouterr().err
+    assert environment.stamp_of(place) == environment.UNFINISHED
+
+
+def test_other_failures_show_the_installers_last_words(place, monkeypatch, capsys):
+    only_step(monkeypatch, SAY.format("disk is full", 1))
+    with pytest.raises(SystemExit, match="set-up failed"):
+        environment.ensure()
+    assert "disk is full" in capsys.readouterr().err
+
+
+def test_missing_venv_module_says_what_to_install(place, monkeypatch):
+    monkeypatch.setattr(environment.shutil, "which", lambda name: None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(SystemExit, match="apt install python3-venv"):
+        environment.ensure()
+    assert not place.exists()
+
+
+def test_an_old_python_is_told(monkeypatch):
+    monkeypatch.setattr(door, "OLDEST", (99, 0))
+    with pytest.raises(SystemExit, match="needs Python 3.11 or later"):
+        door.main()
+
+
+def test_inside_the_environment_nothing_is_set_up(monkeypatch, capsys):
+    monkeypatch.setattr(environment, "stamp_of", lambda _: environment.wanted_stamp())
+    monkeypatch.setattr(environment, "ensure", lambda: pytest.fail("set up again"))
+    monkeypatch.setattr(sys, "argv", ["mkt", "figure", "--list"])
+    assert not door.main()
+    assert "teuliere2009.fig3" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("uv", ["uv", None])
+def test_a_set_up_takes_only_what_is_listed_and_then_the_clone(uv):
+    (_, make), (_, listed), (_, clone) = environment.steps(uv)
+    assert make[-1] == str(environment.VENV)
+    assert "--require-hashes" in listed
+    assert listed[-2:] == ["-r", str(environment.REQUIREMENTS)]
+    assert {"--no-deps", "--no-build-isolation"} <= set(clone)
+    assert clone[-2:] == ["-e", str(ROOT)]
+
+
+def test_environment_pins_every_direct_dependency_for_pip_and_names_no_host():
+    text = (ROOT / "environment.txt").read_text()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    direct = sum(project["optional-dependencies"].values(), project["dependencies"])
+    head, *packages = re.split(r"^(?=[^#\s])", text, flags=re.M)
+    assert all(re.fullmatch(PINNED, package) for package in packages)
+    pinned = {package.partition("==")[0] for package in packages}
+    assert {re.match(r"[\w-]+", name)[0].lower() for name in direct} <= pinned
+    assert all(line.startswith("#") for line in head.splitlines())
+    assert "pip install --require-hashes -r environment.txt" in head
+    assert "uv pip compile" in head and "--generate-hashes" in head
+    assert not re.search(r"https?:|--index|--find-links", text)
+    assert "-e ." not in text.splitlines()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a bash script")
+def test_ci_runs_the_readers_command():
+    script = ROOT / ".ci" / "run"
+    assert os.access(script, os.X_OK)
+    assert script.read_text().rstrip().endswith("exec python3 -m mkt test")
+
+
+def test_the_library_is_found_from_beside_a_folder_of_its_name(tmp_path):
+    """As in the parent folder of a clone called mkt."""
+    (tmp_path / "mkt").mkdir()
+    code = "import mkt; print(mkt.__version__)"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 0, done.stderr

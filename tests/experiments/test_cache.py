@@ -1,0 +1,139 @@
+"""What is kept: whole, healed where it is damaged, and known by all it depends on."""
+
+import json
+import os
+import subprocess
+import sys
+import textwrap
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mkt import evaluation, plotting
+from mkt.experiments import cache
+from mkt.experiments.cache import Shelf
+from mkt.files import PACKAGE, ROOT
+from mkt.scenes.drawn import Drawn
+from mkt.sequences.carphone import Carphone
+from mkt.trackers.combined import Combined
+from mkt.trackers.ssd import SSD
+
+TEXT = Shelf("text", ".json", cache.as_json, json.loads)
+ARRAYS = Shelf("arrays", ".npz", cache.arrays_as_bytes, cache.arrays_of)
+
+
+def test_what_is_put_can_be_got(kept):
+    assert TEXT.get("a") is None
+    TEXT.put("a", {"x": [1, "two"]})
+    ARRAYS.put("a", {"x": np.arange(3.0), "words": np.array(["", "tracking"])})
+    assert TEXT.get("a") == {"x": [1, "two"]}
+    assert ARRAYS.get("a")["x"].tolist() == [0, 1, 2]
+    assert ARRAYS.get("a")["words"].tolist() == ["", "tracking"]
+    assert {path.parent.parent for path in kept.rglob("a.*")} == {kept}
+
+
+@pytest.mark.parametrize("shelf", [TEXT, ARRAYS], ids=["text", "arrays"])
+@pytest.mark.parametrize("content", [b"", b'{"x"', b"PK\x03\x04", b"\xff\xfe\x00"])
+def test_a_damaged_entry_counts_as_missing_and_is_made_again(shelf, content):
+    shelf.put("a", {"x": np.arange(2)} if shelf is ARRAYS else 1)
+    shelf.place("a").write_bytes(content)
+    assert shelf.get("a") is None
+    fresh = {"x": np.ones(1)} if shelf is ARRAYS else {"x": 1}
+    assert shelf.kept("a", lambda: fresh) == fresh == shelf.get("a")
+
+
+def test_a_truncated_archive_is_missing():
+    ARRAYS.put("a", {"x": np.arange(1000.0)})
+    place = ARRAYS.place("a")
+    place.write_bytes(place.read_bytes()[:-100])
+    assert ARRAYS.get("a") is None
+
+
+def test_objects_are_not_kept_for_to_read_them_is_to_run_them():
+    with pytest.raises(ValueError, match="x is an array of objects"):
+        ARRAYS.put("a", {"x": np.array([{}], object)})
+    with zipfile.ZipFile(ARRAYS.place("b"), "w") as file:
+        file.writestr("x.npy", b"not an array")
+    assert ARRAYS.get("b") is None
+
+
+def test_what_has_not_been_used_for_longest_goes_first(kept, monkeypatch):
+    for name, age in (("old", 3), ("older", 9), ("new", 0)):
+        TEXT.put(name, name * 100)
+        at = 1e9 - 1e6 * age
+        os.utime(TEXT.place(name), (at, at))
+    monkeypatch.setattr(cache, "MOST", 1.5 * TEXT.place("old").stat().st_size)
+    fresh = Shelf("text", ".json", cache.as_json, json.loads)
+    fresh.put("newest", "")
+    assert {path.stem for path in (kept / "text").iterdir()} == {"new", "newest"}
+
+
+def test_keys_differ_where_their_parts_do():
+    keys = {cache.key(*parts) for parts in ((1,), ("1",), (1, 2), (SSD(),), ())}
+    assert len(keys) == 5 and cache.key(SSD()) == cache.key(SSD())
+    assert cache.key(SSD()) != cache.key(SSD(iterations=3))
+
+
+def names(*things):
+    modules = [sys.modules[type(thing).__module__] for thing in things]
+    reached = cache.reachable([Path(module.__file__) for module in modules])
+    return {path.relative_to(PACKAGE).as_posix() for path in reached}
+
+
+def test_a_run_depends_on_its_tracker_and_source_and_on_no_figure():
+    reached = names(Combined(), Drawn("base"))
+    assert {
+        "trackers/ssd.py",
+        "trackers/particle_filter.py",
+        "histograms.py",
+        "scenes/cordoba2014.py",
+        "scenes/rendering.py",
+        "checks.py",
+    } <= reached
+    outside = {"plotting.py", "trackers/guided.py", "sequences/video.py"}
+    assert not reached & outside
+    assert not any(p.startswith(("figures", "papers", "course")) for p in reached)
+
+
+def test_all_that_is_imported_when_a_tracker_runs_is_reached():
+    code = (
+        "import sys, mkt.trackers.adaptive, mkt.scenes.drawn; "
+        "from mkt.scenes import SCENES; SCENES['base']; "
+        "print(*(m.__file__ for n, m in sys.modules.items() "
+        "if n.startswith('mkt.')))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    loaded = set(done.stdout.split())
+    roots = [PACKAGE / "trackers" / "adaptive.py", PACKAGE / "scenes" / "drawn.py"]
+    assert loaded <= set(map(str, cache.reachable(roots)))
+
+
+def test_the_hash_feels_code_but_no_comment_docstring_or_layout(tmp_path):
+    def hashed(text):
+        path = tmp_path / "module.py"
+        path.write_text(textwrap.dedent(text))
+        cache._hash.cache_clear()
+        cache.stripped.cache_clear()
+        cache.imported.cache_clear()
+        return cache._hash((path,))
+
+    plain = hashed('"""One."""\nx = 1\n')
+    assert hashed('"""Two."""\n\nx  =  1  # one\n') == plain
+    assert hashed('"""One."""\nx = 2\n') != plain
+
+
+def test_what_was_written_in_a_notebook_is_not_kept():
+    space = {"__name__": "nowhere", "dataclass": dataclass}
+    exec("@dataclass(frozen=True)\nclass Mine:\n    n: int = 1", space)
+    assert cache.code_of(space["Mine"]()) is None
+    assert cache.code_of(SSD(), Carphone(), evaluation) is not None
+    assert cache.code_of(SSD()) != cache.code_of(Combined(), plotting)

@@ -1,0 +1,244 @@
+"""The leaderboard: one protocol for all, means that add up, nothing run twice."""
+
+import csv
+
+import cv2
+import numpy as np
+import pandas as pd
+import pytest
+
+from mkt.course import cli
+from mkt.experiments import leaderboard
+from mkt.experiments import sweep as sweeps
+from mkt.experiments.leaderboard import (
+    Board,
+    as_markdown,
+    by_sequence,
+    draws,
+    overall,
+    ranking,
+    recorded,
+    refusals,
+    synthetic,
+)
+from mkt.experiments.sweep import Job
+from mkt.regions import to_box
+from mkt.scenes import SCENES
+from mkt.scenes.cordoba2014 import KINDS
+from mkt.scenes.drawn import Drawn
+from mkt.sequences.benchmarks import sequences
+from mkt.trackers import by_name
+from mkt.trackers.particle_filter import ParticleFilter
+
+LENGTH = 12
+NAMES = ("ssd", "pf-75", "camshift")
+
+
+def row(tracker, source, seed, overlap, **more):
+    return {
+        "tracker": tracker,
+        "source": source,
+        "seed": seed,
+        "overlap": overlap,
+        "hits": 1.0,
+        "hits_of_all": 0.9,
+        "area": overlap,
+        "lost": 0.0,
+        "cpu_ms": 2.0,
+        "refused": "",
+    } | more
+
+
+def table(*rows):
+    return pd.DataFrame(rows)
+
+
+@pytest.fixture
+def benchmarks(tmp_path, monkeypatch):
+    """A folder with two sequences in the format of BoBoT, one of them grey.
+
+    MKT_DATA names it.
+    """
+    clip = Drawn("base").sequence()
+    boxes = to_box(clip.truth[:LENGTH]) / [320, 240, 320, 240]
+    lines = [f"{k} " + " ".join(f"{x:.6f}" for x in box) for k, box in enumerate(boxes)]
+    for name in ("colored", "grey"):
+        frames = tmp_path / "bobot" / name / "frames"
+        frames.mkdir(parents=True)
+        for k in range(LENGTH):
+            image = clip.frames[k][..., ::-1]
+            if name == "grey":
+                image = np.repeat(image[..., :1], 3, -1)
+            cv2.imwrite(str(frames / f"{k}.png"), image)
+        (frames.parent / "truth.txt").write_text("\n".join(lines))
+    monkeypatch.setenv("MKT_DATA", str(tmp_path))
+    return tmp_path / "bobot"
+
+
+def test_every_tracker_runs_on_every_sequence_once_a_seed_where_seeds_matter(
+    benchmarks,
+):
+    (board,), troubles = recorded(NAMES, 2, processes=1)
+    runs = board.rows[["source", "tracker", "seed"]].itertuples(index=False, name=None)
+    assert sorted(runs) == sorted(
+        (f"BoBoT/{s}", n, k)
+        for s in ("colored", "grey")
+        for n in NAMES
+        for k in range(2 if n == "pf-75" else 1)
+    )
+    assert troubles == [] and "12 frames of 320x240" in board.data
+    cells = board.rows.set_index(["source", "tracker"])
+    assert cells.loc[("BoBoT/colored", "ssd"), "overlap"] > 0.7
+    assert "no colourful pixel" in cells.loc[("BoBoT/grey", "camshift"), "refused"]
+
+
+def test_what_is_known_is_not_run_again_wherever_the_data_lie(benchmarks, monkeypatch):
+    (first,), _ = recorded(NAMES, 1, processes=1)
+    monkeypatch.setattr(sweeps, "run", lambda job: pytest.fail("not read"))
+    moved = benchmarks.parent / "moved"
+    moved.mkdir()
+    benchmarks.rename(moved / "bobot")
+    monkeypatch.setenv("MKT_DATA", str(moved))
+    (again,), _ = recorded(NAMES, 1, processes=1, only_known=True)
+    pd.testing.assert_frame_equal(again.rows, first.rows)
+    # The second seed is not known.
+    assert recorded(NAMES, 2, only_known=True)[0] == []
+
+
+def test_another_truth_is_another_job(benchmarks):
+    recorded(("ssd",), 1, processes=1)
+    path = benchmarks / "colored" / "truth.txt"
+    path.write_text(path.read_text().replace("\n5 0.", "\n5 0.0", 1))
+    assert recorded(("ssd",), 1, only_known=True)[0] == []
+
+
+def test_what_is_broken_is_left_out_and_named(benchmarks):
+    (benchmarks / "grey" / "truth.txt").write_text("0 .1 .1 .2 .2\n1 .1 .1 .2\n")
+    (board,), troubles = recorded(("ssd",), 1, processes=1)
+    assert set(board.rows["source"]) == {"BoBoT/colored"}
+    assert len(troubles) == 1 and "truth.txt, line 2" in troubles[0]
+
+
+def test_a_recorded_run_is_scored_as_a_synthetic_one(benchmarks):
+    """The same frames and nearly the same boxes give nearly the same overlap."""
+    found = next(f for f in sequences() if f.folder.name == "colored")
+    result = sweeps.run(Job("pf-75", ParticleFilter(n=75), found))
+    assert result["source"] == "BoBoT/colored"
+    assert result["hits"] == result["hits_of_all"] == 1
+    assert result["area"] == pytest.approx(result["overlap"], abs=0.03)
+
+
+def test_trackers_that_draw_are_told_from_those_that_do_not():
+    for name in ("pf-75", "combined", "guided", "mil"):
+        assert draws(by_name.get(name)), name
+    for name in ("ssd", "camshift", "meanshift"):
+        assert not draws(by_name.get(name)), name
+
+
+def test_ranking_is_by_the_mean_of_the_means_of_the_sequences():
+    """A sequence with more runs does not count more."""
+    first, second = ranking(
+        table(
+            row("ssd", "a", 0, 0.2),
+            row("ssd", "b", 0, 0.8),
+            row("pf-75", "a", 0, 0.9),
+            row("pf-75", "a", 1, 0.7),
+            row("pf-75", "b", 0, 0.4),
+            row("pf-75", "b", 1, 0.4),
+        )
+    )
+    assert (first.name, second.name) == ("pf-75", "ssd")
+    assert first.overlap == pytest.approx(0.6) and second.overlap == pytest.approx(0.5)
+    assert first.seeds == pytest.approx((0.55, 0.65)) and second.seeds is None
+    assert first.interval[0] <= first.overlap <= first.interval[1]
+    assert first.cells["a"] == pytest.approx((0.8, 1.0))
+
+
+def test_whoever_refuses_scores_nothing():
+    nothing = dict.fromkeys(sweeps.NUMBERS, np.nan)
+    rows = table(
+        row("ssd", "a", 0, 0.6),
+        row("ssd", "b", 0, np.nan) | nothing | {"refused": "too dark"},
+    )
+    (place,) = ranking(rows)
+    assert place.overlap == pytest.approx(0.3) and place.cpu_ms == 2
+    assert place.hits == 0.5 and place.lost == 0.5
+    assert refusals(rows) == ["(2) SSD, nine kernels would not start on b: too dark"]
+    assert "would not start on b: too dark" in as_markdown(Board("x", "y", rows))
+
+
+def test_the_tables_are_markdown_with_a_row_for_each_tracker():
+    rows = table(
+        *(
+            row(name, source, seed, 0.5)
+            for name in ("ssd", "mil")
+            for source in ("a", "b")
+            for seed in range(2)
+        )
+    )
+    places = ranking(rows)
+    assert [len(line) for line in overall(places)] == [len(leaderboard.HEAD)] * 2
+    head, body = by_sequence(places)
+    assert head == ["tracker", "a", "b"] and body[0][1:] == ["0.50 / 100"] * 2
+    text = as_markdown(Board("Some", "Data.", rows))
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    assert len(lines) == 8
+    bars = {line.count("|") for line in lines}
+    assert bars == {4, len(leaderboard.HEAD) + 1}
+
+
+def test_synthetic_sequences_are_for_whoever_has_no_benchmark(monkeypatch):
+    def run(job):
+        return row(job.label, job.source.name, job.seed, 0.5)
+
+    monkeypatch.delenv("MKT_DATA", raising=False)
+    monkeypatch.setattr(sweeps, "run", run)
+    assert recorded(NAMES, 1) == ([], [])
+    board = synthetic(NAMES, 3, processes=1)
+    assert len(board.rows) == 3 * 3 * len(KINDS) and "Synthetic" in board.data
+    names = leaderboard.for_the_book(processes=1)[0].rows["tracker"].tolist()
+    assert set(names) == set(by_name.TRACKERS)
+    assert names.count("mil") == len(KINDS) == names.count("guided") / 2
+
+
+def test_every_synthetic_sequence_can_be_tracked():
+    assert set(KINDS) <= set(SCENES)
+    for kind in KINDS:
+        clip = Drawn(kind).sequence()
+        assert np.isfinite(clip.truth[0]).all() and clip.visibility[0] > 0.7, kind
+
+
+@pytest.mark.parametrize("ending", ["csv", "md"])
+def test_the_command_prints_and_writes(
+    ending, benchmarks, tmp_path, capsys, monkeypatch
+):
+    def made_up(names, seeds):
+        rows = table(*(row(n, "a", k, 0.5) for n in names for k in range(seeds)))
+        return [Board("BoBoT", "Data.", rows)], ["x.txt: bad"]
+
+    monkeypatch.setattr(leaderboard, "recorded", made_up)
+    path = tmp_path / f"out.{ending}"
+    words = ["bench", "tracking", "ssd", "mil", "--seeds", "2", "-o", str(path)]
+    assert not cli.run(cli.parse(words))
+    printed = capsys.readouterr()
+    assert "## BoBoT: 1 sequence, 4 runs" in printed.out
+    assert "left out: x.txt: bad" in printed.err
+    if ending == "csv":
+        assert [r["seed"] for r in csv.DictReader(path.open())] == ["0", "1", "0", "1"]
+    else:
+        assert path.read_text() == printed.out
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["nope"], "no tracker 'nope'; there are pf-1"),
+        (["ssd", "--seeds", "0"], "0 seeds; there must be at least 1"),
+        (["ssd", "-o", "x.txt"], "ends in .csv or .md"),
+        (["ssd", "-o", "no/such/x.csv"], "in a folder that exists"),
+    ],
+)
+def test_a_wrong_bench_is_answered_in_a_sentence(words, said):
+    with pytest.raises(SystemExit) as stopped:
+        cli.run(cli.parse(["bench", "tracking", *words]))
+    assert said in stopped.value.code

@@ -1,0 +1,171 @@
+"""Sweeps: kept, resumable, the same over any number of processes and machines."""
+
+import dataclasses
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from joblib import parallel_config
+
+from mkt.experiments import sweep as sweeps
+from mkt.experiments.sweep import Job, jobs, sweep
+from mkt.experiments.timing import Clocked
+from mkt.files import ROOT
+from mkt.scenes.drawn import Drawn, drawn
+from mkt.trackers.ssd import SSD
+from mkt.tracking import Sequence
+
+TWO = SSD(iterations=2)
+
+
+@dataclasses.dataclass(frozen=True)
+class Short:
+    """Eight frames of a scene will do."""
+
+    drawn: Drawn
+
+    @property
+    def name(self) -> str:
+        return self.drawn.name
+
+    def sequence(self) -> Sequence:
+        return dataclasses.replace(self.drawn.scene(), length=8).sequence()
+
+
+def short_jobs(n=2, tracker=TWO):
+    return [Job("ssd", tracker, Short(Drawn("base", k)), k) for k in range(n)]
+
+
+@pytest.fixture
+def done(monkeypatch):
+    """The seeds of the jobs that are run, which here costs nothing."""
+    seeds = []
+
+    def run(job):
+        seeds.append(job.seed)
+        return {"seed": job.seed, "tracker": job.label}
+
+    monkeypatch.setattr(sweeps, "run", run)
+    return seeds
+
+
+def rows_in(kept):
+    return sorted(json.loads(p.read_text())["seed"] for p in kept.rglob("*.json"))
+
+
+def test_jobs_are_all_trackers_on_all_sources_with_all_seeds():
+    made = jobs({"a": TWO, "b": SSD()}, [Drawn("base"), Drawn("blur")], range(3))
+    assert len(made) == 2 * 2 * 3 and len({repr(job) for job in made}) == 12
+    assert {job.label for job in made} == {"a", "b"}
+
+
+def test_rows_come_in_order_and_from_the_cache(kept, monkeypatch):
+    rows = sweep(short_jobs(), processes=1)
+    assert rows["seed"].tolist() == [0, 1] and rows["source"].tolist() == ["base"] * 2
+    assert len(list(kept.rglob("*.json"))) == 2
+    monkeypatch.setattr(sweeps, "run", lambda job: pytest.fail("not read"))
+    again = sweep(short_jobs()[::-1], processes=1)
+    assert again[::-1].reset_index(drop=True).equals(rows)
+
+
+def test_a_row_says_what_was_run_and_what_it_took():
+    (row,) = sweep(short_jobs(1), processes=1).to_dict("records")
+    assert row["tracker"] == "ssd" and row["refused"] == ""
+    assert row["overlap"] > 0.7 and row["cpu_ms"] > 0 and 1 <= row["steps"] <= 2
+    (row,) = sweep([Job("x", TWO, drawn("base", 5), 1)], 1).to_dict("records")
+    assert (row["item"], row["ground"]) == ("astronaut", "tissue")
+
+
+def test_a_tracker_that_refuses_its_target_has_a_row_of_nothing():
+    class Refusing(SSD):
+        def init(self, frame, region, rng):
+            raise ValueError("too dark")
+
+    row = sweeps.run(Job("ssd", Refusing(), Short(Drawn("base"))))
+    assert row["refused"] == "too dark" and np.isnan(row["overlap"])
+
+
+def test_other_parameters_are_another_job(kept, done):
+    sweep(short_jobs(1), processes=1)
+    sweep(short_jobs(1, SSD(iterations=3)), processes=1)
+    assert done == [0, 0] and len(list(kept.rglob("*.json"))) == 2
+
+
+KILLED = """
+import os, sys
+from mkt.experiments import sweep as sweeps
+from mkt.scenes.drawn import Drawn
+from mkt.trackers.ssd import SSD
+def run(job):
+    if job.seed == 3:
+        os._exit(9)
+    return {"seed": job.seed, "tracker": job.label}
+sweeps.run = run
+tracker = SSD(iterations=2)
+jobs = [sweeps.Job("ssd", tracker, Drawn("base", k), k) for k in range(6)]
+sweeps.sweep(jobs, processes=1)
+"""
+
+
+def test_a_sweep_that_was_killed_goes_on_where_it_stopped(kept, done):
+    program = subprocess.run(
+        [sys.executable, "-c", KILLED], cwd=ROOT, capture_output=True, timeout=60
+    )
+    assert program.returncode == 9, program.stderr
+    assert rows_in(kept) == [0, 1, 2]
+    rows = sweep([Job("ssd", TWO, Drawn("base", k), k) for k in range(6)], 1)
+    assert rows["seed"].tolist() == list(range(6)) and done == [3, 4, 5]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b'{"seed": 1, "na', b"\xff\xfe\x00"],
+    ids=["empty", "half", "not text"],
+)
+def test_a_broken_file_of_the_cache_is_a_missing_one(kept, done, content):
+    good = sweep(short_jobs(), processes=1)
+    next(kept.rglob("*.json")).write_bytes(content)
+    assert sweep(short_jobs(), processes=1).equals(good) and len(done) == 3
+    assert sweep(short_jobs(), processes=1).equals(good) and len(done) == 3
+
+
+def test_two_sweeps_at_once_leave_whole_rows(kept, done):
+    made = [Job("ssd", TWO, Drawn("base", k), k) for k in range(40)]
+    with ThreadPoolExecutor(2) as pool:
+        orders = [made, made[::-1]]
+        first, second = pool.map(lambda order: sweep(order, processes=1), orders)
+    assert first["seed"].tolist() == list(range(40)) == second["seed"].tolist()[::-1]
+    assert rows_in(kept) == list(range(40))
+
+
+def test_a_cluster_gives_the_same_rows(tmp_path, monkeypatch):
+    from distributed import Client, LocalCluster
+
+    sources = [dataclasses.replace(drawn("illumination", k)) for k in range(2)]
+    made = [Job("ssd", TWO, source, k) for k, source in enumerate(sources)]
+    with (
+        LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster,
+        Client(cluster),
+        parallel_config(backend="dask"),
+    ):
+        there = sweep(made)
+    monkeypatch.setenv("MKT_CACHE", str(tmp_path / "here"))
+    here = sweep(made, processes=1)
+    assert there.drop(columns="cpu_ms").equals(here.drop(columns="cpu_ms"))
+
+
+def test_reading_frames_is_not_on_the_trackers_clock():
+    class Busy:
+        def __len__(self):
+            return 2
+
+        def __getitem__(self, k):
+            return [3.0, 4.0][k]
+
+    frames = Clocked(Busy())
+    assert list(frames) == [3.0, 4.0] and len(frames) == 2 and frames.seconds > 0

@@ -1,0 +1,112 @@
+"""Files of figures: the table is what is shown, and each says how it came about."""
+
+import io
+
+import cv2
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image, PdfParser
+
+import mkt
+from mkt.figures import export
+from mkt.figures.registry import FIGURES, Shown, grid_columns
+
+FIGURE = "teuliere2009.fig2"
+FACTS = (
+    "teuliere2009.fig2: The multiple-kernel configuration.",
+    "layout=2x2, span=0.8, profile=epanechnikov, item=car",
+    "matplotlib",
+    "Benchmarks at hand: ",
+)
+
+
+def read(path):
+    """What a program finds in a file beside the picture, as one text."""
+    if path.suffix == ".png":
+        return str(Image.open(path).text)
+    if path.suffix == ".pdf":
+        return str(
+            {
+                key: PdfParser.decode_text(value)
+                for key, value in PdfParser.PdfParser(path).info.items()
+            }
+        )
+    return path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("ending", export.KEYS)
+def test_every_file_carries_title_parameters_versions_and_data_and_no_date(
+    tmp_path, ending
+):
+    path, again = tmp_path / f"one{ending}", tmp_path / f"two{ending}"
+    for each in (path, again):
+        export.write(FIGURES[FIGURE], each, {"layout": "2x2", "span": 0.8})
+    text = read(path)
+    assert all(fact in text for fact in FACTS)
+    assert all(
+        f"{package} {version}" in text
+        for package, version in (
+            ("mkt", mkt.__version__),
+            ("numpy", np.__version__),
+            ("opencv", cv2.__version__),
+        )
+    )
+    assert "Date" not in text
+    assert path.read_bytes() == again.read_bytes()
+
+
+def test_a_heavy_pdf_becomes_one_picture_that_still_says_how_it_came_about(tmp_path):
+    entry, sizes = FIGURES[FIGURE], []
+    for largest in (np.inf, 1):
+        export.save(
+            *entry.draw(),
+            tmp_path / "x.pdf",
+            export.facts(entry, {"layout": "2x2", "span": 0.8}),
+            largest,
+        )
+        assert all(
+            fact in read(tmp_path / "x.pdf") for fact in FACTS
+        ) and "Date" not in read(tmp_path / "x.pdf")
+        sizes.append((tmp_path / "x.pdf").read_bytes().count(b"/DCTDecode"))
+    assert sizes == [0, 1]
+
+
+def test_the_table_of_a_figure_is_what_its_function_returned(tmp_path):
+    entry = FIGURES["own.resampling"]
+    export.write(entry, tmp_path / "x.csv", {"n": 4})
+    text = (tmp_path / "x.csv").read_text(encoding="utf-8")
+    table = pd.read_csv(io.StringIO(text), comment="#")
+    _, shown = entry.draw(n=4)
+    assert list(table) == list(shown.table) and len(table) == len(shown.table)
+    for name, column in shown.table.items():
+        if column.dtype.kind == "f":
+            assert table[name].to_numpy() == pytest.approx(
+                column.to_numpy(), rel=1e-5, nan_ok=True
+            )
+    assert "# n_eff: " in text
+
+
+def test_facts_and_columns_are_read_by_name():
+    shown = Shown(pd.DataFrame({"x": [1, 2]}), {"mean": 1.5})
+    assert shown["mean"] == 1.5 and shown["x"].tolist() == [1, 2]
+
+
+def test_a_surface_becomes_a_row_for_each_of_its_points():
+    z = np.arange(6.0).reshape(2, 3)
+    table = grid_columns({"y": [0, 5]}, {"x": [1, 2, 3]}, z=z)
+    assert list(table) == ["y", "x", "z"]
+    assert table.itertuples(index=False, name=None).__next__() == (0, 1, 0)
+    assert table.iloc[-1].tolist() == [5, 3, 5]
+
+
+def test_what_cannot_be_written_is_said_before_anything_is_drawn(tmp_path):
+    with pytest.raises(
+        ValueError,
+        match=r"x.jpg: the ending says what to write; take one of .png, .pdf, .svg, ",
+    ):
+        export.write(None, tmp_path / "x.jpg", {})
+    with pytest.raises(
+        FileNotFoundError, match="no folder .*missing for x.png; make it first"
+    ):
+        export.write(None, tmp_path / "missing" / "x.png", {})

@@ -1,0 +1,272 @@
+"""Sliders: the picture follows them, live and in the page; no network is asked."""
+
+import asyncio
+import re
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mkt.figures import explore, show
+from mkt.figures import panel as panels
+from mkt.figures import static_panel as page
+from mkt.figures.registry import FIGURES, figure, listener, shown
+from mkt.scenes.drawn import Drawn
+from mkt.trackers.particle_filter import ParticleFilter
+from mkt.tracking import track
+
+
+@pytest.fixture(autouse=True)
+def toy():
+    """A registered figure of one line, which fails at slope 3."""
+    drawn = []
+
+    @figure("toy.line", size=(3, 2), slope=(0, 20, 1), color=["red", "blue"])
+    def line(fig, *, slope=1, color="red", title="<a & b>"):
+        """A line.
+
+        Drawn for tests, with <angles>.
+        """
+        if slope == 3:
+            raise ArithmeticError("no slope <three>")
+        drawn.append(slope)
+        fig.subplots().plot([0, 1], [0, slope], color=color)
+        return shown({"x": [0, 1], "y": [0, slope]}, rise=slope)
+
+    sliders = {"z": [0, 1], "x": (0, 20, 1), "y": [1, 2]}
+
+    @figure("toy.grid", size=(3, 2), grid=("x", "y"), **sliders)
+    def grid(fig, *, x=7, y=1, z=0, title=""):
+        """A place."""
+        drawn.append((x, y, z))
+        fig.subplots().plot([x], [y], "o", ms=10 + 30 * z)
+        return shown({"x": [x], "y": [y]})
+
+    return drawn
+
+
+@pytest.fixture
+def static(monkeypatch):
+    monkeypatch.setenv("MKT_STATIC", "1")
+
+
+@pytest.fixture(autouse=True)
+def live(monkeypatch):
+    monkeypatch.delenv("MKT_STATIC", raising=False)
+
+
+def test_show_is_a_picture_that_says_what_it_shows():
+    data, metadata = show("toy.line", slope=2)._repr_png_()
+    assert data.startswith("iVBOR")  # base64 of a PNG's first bytes
+    assert metadata["alt"] == "A line. Drawn for tests, with <angles>."
+
+
+def test_the_picture_follows_a_slider_and_comes_back():
+    panel = explore("toy.line")
+    first, slider = panel._image.value, panel._controls["slope"]
+    slider.value = 7
+    assert panel._image.value != first
+    assert (panel.values["slope"], panel.shown["rise"]) == (7, 7)
+    slider.value = 1
+    assert panel._image.value == first
+
+
+def test_reset_shows_the_beginning_and_nothing_in_between(toy):
+    panel = explore("toy.line")
+    first = panel._image.value
+    panel._controls["slope"].value, panel._controls["color"].value = 5, "blue"
+    del toy[:]
+    panel.reset()
+    assert toy == []  # the beginning was kept, and (1, "blue") not drawn
+    assert panel._image.value == first
+
+
+def test_the_next_step_the_same_way_is_drawn_while_the_reader_looks(toy, monkeypatch):
+    monkeypatch.setattr(panels, "QUICK", float("inf"))
+
+    async def look_at(*slopes):
+        panel = explore("toy.line")
+        del toy[:]
+        for slope in slopes:
+            panel._controls["slope"].value = slope
+            await asyncio.sleep(2 * panels.PAUSE)
+        return panel.shown["rise"]
+
+    assert asyncio.run(look_at(2)) == 2 and toy == [
+        2
+    ]  # slope 3 fails, and nobody is told before they ask for it
+    assert asyncio.run(look_at(7)) == 7 and toy == [
+        7
+    ]  # a leap says nothing about the next move
+    assert asyncio.run(look_at(7, 8)) == 8 and toy == [7, 8, 9]
+    assert asyncio.run(look_at(7, 6, 5)) == 5 and toy == [7, 6, 5, 4]
+
+
+def test_a_run_over_a_sequence_shows_how_far_it_is(monkeypatch):
+    clip = replace(Drawn("base").scene(), length=6).sequence()
+
+    @figure("toy.run", size=(3, 2), n=[5, 6])
+    def run(fig, *, n=5):
+        """A run."""
+        track(ParticleFilter(n=n), clip, progress=listener())
+        return shown({"n": [n]})
+
+    monkeypatch.setattr(panels, "TELL", -1)  # however quick the frames are
+    panel, seen = explore("toy.run"), []
+    panel._progress.observe(lambda change: seen.append(change.new), "value")
+    panel._controls["n"].value = 6
+    assert seen == [k / 6 for k in range(2, 7)]
+    assert panel._progress.description == "6 of 6"
+    assert panel._progress.layout.visibility == "hidden"
+    assert listener() is None
+
+
+def test_two_threads_never_draw_at_once():
+    at_work, most = [], []
+
+    @figure("toy.slow", size=(3, 2), x=(0, 99, 1), y=(0, 99, 1))
+    def slow(fig, *, x=0, y=0):
+        """Slow."""
+        at_work.append(1)
+        time.sleep(0.01)
+        most.append(len(at_work))
+        at_work.pop()
+        return shown({"x": [x], "y": [y]}, place=(x, y))
+
+    panel = explore("toy.slow")
+
+    def move(name):
+        for value in range(1, 20):
+            panel._controls[name].value = value
+
+    with ThreadPoolExecutor() as threads:
+        list(threads.map(move, "xy"))
+    assert set(most) == {1} and len(most) > 20
+    assert panel.shown["place"] == (19, 19)
+
+
+def test_an_error_is_shown_in_the_panel_until_it_is_over():
+    panel = explore("toy.line")
+    panel._controls["slope"].value = 3
+    assert "ArithmeticError: no slope &lt;three&gt;" in panel._trouble.value
+    panel._controls["slope"].value = 4
+    assert panel._trouble.value == ""
+
+
+def test_two_panels_do_not_move_each_other():
+    one, other = explore("toy.line"), explore("toy.line")
+    before = other._image.value
+    one._controls["slope"].value = 9
+    assert other._image.value == before
+
+
+@pytest.mark.parametrize("mode", ["0", "1"])
+def test_fixed_parameters_keep_their_value_and_have_no_slider(mode, monkeypatch):
+    monkeypatch.setenv("MKT_STATIC", mode)
+    result = explore("toy.line", slope=6)
+    assert (result.values["slope"], result.shown["rise"]) == (6, 6)
+    if mode == "1":
+        assert 'data-name="slope"' not in result._repr_html_()
+    else:
+        assert list(result._controls) == ["color"]
+
+
+@pytest.mark.parametrize("mode", ["0", "1"])
+def test_mistakes_end_the_cell_with_the_known_names(mode, monkeypatch):
+    monkeypatch.setenv("MKT_STATIC", mode)
+    with pytest.raises(
+        KeyError,
+        match=r"no figure 'toy.circle', perhaps toy.line\?; there are .*toy.line",
+    ):
+        explore("toy.circle")
+    with pytest.raises(
+        ValueError, match="no parameter 'slop'; it takes slope, color, title"
+    ):
+        explore("toy.line", slop=1)
+    with pytest.raises(ArithmeticError):
+        explore("toy.line", slope=3)
+
+
+def test_the_page_asks_nothing_of_a_network_and_keeps_its_ids_apart(
+    static, monkeypatch
+):
+    monkeypatch.setattr(page, "POSITIONS", 5)  # of which none is slope 3
+    panel = explore("toy.line", title="x")
+    text = panel._repr_html_() + panel._repr_html_()
+    assert not re.search(r"https?:|src=[\"']//|url\(", text)
+    ids = re.findall(r' id="([^"]+)"', text)
+    assert len(ids) == len(set(ids)) == 6
+    assert not re.search(r"<(link|iframe|object)|fetch\(|import\(|XMLHttp", text)
+    assert all(f'for="{id}"' in text for id in ids if id.count("-") > 2)
+
+
+def test_the_page_has_a_frame_for_each_position_and_the_default_only_once(
+    static, monkeypatch
+):
+    monkeypatch.setattr(page, "POSITIONS", 5)
+    panel = explore("toy.line")
+    assert panel._positions["slope"] == [0, 1, 10, 15, 20]
+    assert [group["names"] for group in panel._groups] == [("slope",), ("color",)]
+    first, second = (group["frames"] for group in panel._groups)
+    assert first[1] == second[0] == 0
+    assert len(set(panel._frames)) == len(panel._frames) == 1 + 4 + 1
+
+
+def test_two_sliders_of_a_grid_move_together_over_all_pairs(static, toy):
+    panel = explore("toy.grid", title="fixed")
+    assert panel._positions["x"] == [0, 7, 10, 15, 20]
+    assert [group["names"] for group in panel._groups] == [("x", "y"), ("z",)]
+    assert panel._groups[0]["frames"] == [
+        toy[1:].index((x, y, 0)) + 1 if (x, y) != (7, 1) else 0
+        for x in (0, 7, 10, 15, 20)
+        for y in (1, 2)
+    ]
+    assert 'role="group"' in panel._repr_html_()
+
+
+def test_a_grid_of_which_one_slider_is_fixed_is_none(static):
+    panel = explore("toy.grid", y=2)
+    assert [group["names"] for group in panel._groups] == [("z",), ("x",)]
+    assert 'role="group"' not in panel._repr_html_()
+
+
+def test_a_grid_names_sliders():
+    with pytest.raises(ValueError, match="no parameter for slider 'y'"):
+        figure("toy.wrong", grid=("x", "y"), x=(0, 1, 1))(lambda fig, *, x=0, y=0: None)
+
+
+def test_a_picture_without_sliders_has_files_to_save_and_says_in_words_what_it_shows(
+    static,
+):
+    text = show("toy.line", slope=2)._repr_html_()
+    assert 'alt="A line. Drawn for tests, with &lt;angles&gt;."' in text
+    assert (
+        'href="_static/figures/toy.line.pdf"' in text
+        and 'href="_static/figures/toy.line.csv"' in text
+        and "PNG of what is shown" in text
+    )
+    assert "data-name" not in text and "mkt-reset" not in text
+
+
+def test_the_words_beside_the_sliders_say_where_they_stand(static, monkeypatch):
+    monkeypatch.setattr(page, "POSITIONS", 5)
+    text = explore("toy.line")._repr_html_()
+    assert 'alt="A line. slope = 1, color = red, title = &lt;a &amp; b&gt;."' in text
+    assert 'aria-valuetext="1"' in text and 'role="status"' in text
+
+
+@given(st.integers(1, 300), st.data(), st.integers(3, 9))
+def test_the_positions_in_the_page_keep_first_last_and_default(count, data, most):
+    values, default = list(range(count)), data.draw(st.integers(0, count - 1))
+    chosen = page.spread(values, default, most)
+    assert {0, count - 1, default} <= set(chosen)
+    assert chosen == sorted(set(chosen)) and len(chosen) == min(count, most)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_slider_of_the_book_stands_at_a_value_it_has(name):
+    entry = FIGURES[name]
+    assert all(entry.defaults[name] in entry.values(name) for name in entry.sliders)

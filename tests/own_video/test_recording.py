@@ -1,0 +1,321 @@
+"""The command `track`: a file in, an annotated video and a table out.
+
+Mistakes are answered in a sentence, and one frame at a time is in memory.
+"""
+
+import csv
+import gc
+import weakref
+from dataclasses import dataclass, field
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from mkt.course import cli
+from mkt.evaluation import overlap
+from mkt.own_video import overlay, recording
+from mkt.plotting import CURRENT, DESIRED
+from mkt.regions import corners, from_box, to_box
+from mkt.sequences.video import VideoFile
+from mkt.trackers import by_name
+from mkt.tracking import Sequence
+from tests.own_video import films
+
+LENGTH = 8
+GREEN, RED = (tuple(bytes.fromhex(color[1:])) for color in (CURRENT, DESIRED))
+
+
+@pytest.fixture(scope="module")
+def clip():
+    """The car driving over gravel, turned by 30 degrees."""
+    return films.driving(LENGTH, last=10.0, degrees=30)
+
+
+@pytest.fixture(scope="module")
+def box(clip):
+    """The truth of the first frame as the command takes it."""
+    region = clip.truth[0]
+    x, y, w, h = to_box([*region[:2], 0.0, *region[3:]])
+    return f"{x:g},{y:g},{w:g},{h:g},30"
+
+
+@pytest.fixture(scope="module")
+def file(clip, tmp_path_factory):
+    """The clip as a video."""
+    return films.write(tmp_path_factory.mktemp("video") / "car.mkv", clip.frames)
+
+
+def run(*words):
+    """Run the command; returns its exit code, 0 for None."""
+    return cli.run(cli.parse(["track", *map(str, words)])) or 0
+
+
+def table(path):
+    with path.open(newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
+def regions_in(rows):
+    names = recording.COLUMNS[1:6]
+    numbers = np.array([[float(row[name]) for name in names] for row in rows])
+    numbers[:, 2] = np.radians(numbers[:, 2])
+    return numbers
+
+
+def near(image, points, color, tolerance=40):
+    """Share of the points (n, 2) [px] with a pixel of the colour within a pixel."""
+    found = np.abs(image.astype(int) - color).max(-1) < tolerance
+    found = cv2.dilate(found.astype(np.uint8), np.ones((3, 3)))
+    x, y = np.rint(points).astype(int).T
+    return found[y, x].mean()
+
+
+def outline(region, n=40):
+    """Points (4 n, 2) on the four sides of a region."""
+    c = corners(region)
+    t = np.linspace(0, 1, n)[:, None]
+    sides = zip(c, np.roll(c, -1, 0), strict=True)
+    return np.concatenate([a + t * (b - a) for a, b in sides])
+
+
+@pytest.mark.parametrize("ending", [".mkv", ".avi", ".webm"])
+def test_a_file_becomes_an_annotated_video_and_a_table(
+    ending, file, clip, box, tmp_path, capfd
+):
+    output = tmp_path / f"found{ending}"
+    assert run(file, "--box", box, "--tracker", "ssd", "-o", output) == 0
+    said = capfd.readouterr()
+    files = [str(output.with_suffix(kind)) for kind in (ending, ".csv", ".json")]
+    assert said.out.split() == files
+    assert "FFMPEG" not in said.err
+    written = VideoFile(output)
+    rows = table(output.with_suffix(".csv"))
+    assert len(written) == len(rows) == LENGTH
+    assert written[0].shape == (120, 160, 3)
+    assert written.fps == pytest.approx(30, rel=0.01)
+    assert [int(row["frame"]) for row in rows] == list(range(LENGTH))
+    assert {row["lost"] for row in rows} == {"0"}
+    regions = regions_in(rows)
+    assert overlap(regions, clip.truth).min() > 0.8
+    if ending == ".mkv":  # lossless
+        for frame, plain, region in zip(written, clip.frames, regions, strict=True):
+            assert near(frame, outline(region), GREEN) > 0.95
+            assert near(plain, outline(region), GREEN) < 0.2
+
+
+def test_a_folder_of_images_the_default_names_and_particles(
+    clip, box, tmp_path, monkeypatch
+):
+    asked = []
+
+    def with_particles(name, n):
+        asked.append((name, n))
+        return by_name.get(name)
+
+    monkeypatch.setattr(by_name, "with_particles", with_particles)
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "images"
+    folder.mkdir()
+    for k in range(3):
+        cv2.imwrite(str(folder / f"{k}.png"), clip.frames[k][..., ::-1])
+    assert run(folder, "--box", box, "--tracker", "pf-75", "--particles", 30) == 0
+    assert set(asked) == {("pf-75", 30)}
+    assert sorted(path.name for path in tmp_path.glob("images-pf-75.*")) == [
+        "images-pf-75.csv",
+        "images-pf-75.json",
+        "images-pf-75.webm",
+    ]
+
+
+def test_nothing_is_written_among_the_images(tmp_path):
+    said = "in the folder of its images; choose another place"
+    with pytest.raises(ValueError, match=said):
+        recording.checked_output(tmp_path / "found.webm", tmp_path)
+
+
+def test_the_same_seed_gives_the_same_table(file, box, tmp_path):
+    command = file, "--box", box, "--tracker", "pf-75"
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        run(*command, "--seed", seed, "-o", tmp_path / f"{name}.avi")
+    a, b, c = ((tmp_path / f"{name}.csv").read_text() for name in "abc")
+    assert a == b != c
+
+
+def test_lost_looks_different():
+    frame = np.full((120, 160, 3), 200, np.uint8)
+    region = np.array([80.0, 60, 0.4, 40, 20])
+    seen, lost = (
+        overlay.annotated(frame, {"region": region, "lost": lost}, "7 ssd")
+        for lost in (False, True)
+    )
+    points = outline(region)
+    assert near(seen, points, GREEN) > 0.98 and near(seen, points, RED) == 0
+    assert 0.4 < near(lost, points, RED) < 0.95 and near(lost, points, GREEN) == 0
+    assert (frame == 200).all()
+    assert (seen[105:, :60] != 200).any()
+    assert (seen[105:, :60] != lost[105:, :60]).any()
+
+
+@pytest.mark.parametrize(
+    "region",
+    [(-500.0, 60, 0.4, 40, 20), (80.0, 60, 0.4, 1e9, 20), (np.nan, 60, 0, 4, 2)],
+)
+def test_regions_far_off_can_be_drawn(region):
+    frame = np.zeros((120, 160, 3), np.uint8)
+    drawn = overlay.annotated(frame, {"region": np.array(region), "lost": True}, "")
+    assert drawn.shape == frame.shape and drawn.dtype == np.uint8
+
+
+WITH_BOX = ("FILE", "--box", "9,9,20,20")
+MISTAKES = [
+    (("none.mp4",), "none.mp4: no such file; check the spelling"),
+    (
+        ("FILE", "--tracker", "best"),
+        f"no tracker 'best'; there are {', '.join(by_name.TRACKERS)}",
+    ),
+    (
+        ("FILE", "--tracker", "ssd", "--particles", "9"),
+        "the tracker 'ssd' has no particles; leave their number out, "
+        "or choose one of pf-1",
+    ),
+    (("FILE", "--particles", "0"), "particles is 0; there must be at least 1"),
+    (
+        ("FILE", "--box", "1,2,3"),
+        "--box 1,2,3: give four or five numbers x,y,w,h[,angle]",
+    ),
+    (("FILE", "--box", "a,b,c,d"), "--box a,b,c,d: give four or five numbers"),
+    (("FILE", "--box", "nan,2,3,4"), "--box nan,2,3,4: give four or five numbers"),
+    (
+        ("FILE", "--box", "9,9,0,5"),
+        "the box 9,9,0,5,0: its width or height is zero or negative; "
+        "give x,y,w,h, not two corners",
+    ),
+    (
+        ("FILE", "--box", "160,9,5,5"),
+        "the box 160,9,5,5,0: it lies outside the image of 160x120 px",
+    ),
+    (
+        ("FILE", "--box", "150,9,40,20", "--tracker", "ssd"),
+        "lies outside the image; choose a box inside it",
+    ),
+    (
+        (*WITH_BOX, "-o", "x.mp4"),
+        "-o x.mp4: cannot write .mp4; choose one of .webm, .mkv, .avi",
+    ),
+    ((*WITH_BOX, "-o", "x"), "cannot write a file without an extension"),
+    (
+        (*WITH_BOX, "-o", "no/x.avi"),
+        "-o no/x.avi: no folder no; create it, or choose another",
+    ),
+    (
+        (*WITH_BOX, "-o", "FILE"),
+        "this is the video to be tracked, or in the folder of its images; "
+        "choose another place",
+    ),
+]
+
+
+@pytest.mark.parametrize("words, said", MISTAKES)
+def test_a_mistake_is_answered_in_a_sentence_and_nothing_is_written(
+    words, said, file, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    before = file.read_bytes()
+    with pytest.raises(SystemExit) as stopped:
+        run(*(file if word == "FILE" else word for word in words))
+    assert stopped.value.code.startswith("mkt track: ")
+    assert said in stopped.value.code
+    assert not list(tmp_path.iterdir()) and file.read_bytes() == before
+
+
+def test_a_place_that_cannot_be_written_is_named(file, box, tmp_path):
+    (tmp_path / "x.avi").mkdir()
+    with pytest.raises(SystemExit) as stopped:
+        run(file, "--box", box, "-o", tmp_path / "x.avi")
+    assert "x.avi: cannot be written" in stopped.value.code
+
+
+def test_without_a_box_the_first_frame_is_shown_under_a_grid(file, tmp_path, capsys):
+    assert run(file, "-o", tmp_path / "found.webm") == 2
+    path = tmp_path / "found-first-frame.png"
+    said = capsys.readouterr().err
+    assert str(path) in said and "--box x,y,w,h" in said
+    assert list(tmp_path.iterdir()) == [path]
+    assert cv2.imread(str(path)).shape[1] == 1200
+
+
+def test_the_grid_is_labelled_in_the_coordinates_of_a_box(clip):
+    ax = overlay.pixel_grid(clip.frames[0]).axes[0]
+    labels = [tick.get_text() for tick in ax.get_xticklabels()]
+    assert labels[:17] == [str(x) for x in range(0, 161, 10)]
+    assert ax.images[0].get_extent() == [0, 160, 120, 0]
+
+
+@pytest.mark.parametrize("size", [(64, 48), (1920, 1080), (1080, 1920)])
+def test_the_grid_stays_readable_at_any_size(size):
+    ax = overlay.pixel_grid(np.zeros((*size[::-1], 3), np.uint8)).axes[0]
+    assert 4 <= max(len(ax.get_xticks()), len(ax.get_yticks())) <= 25
+
+
+@dataclass(frozen=True)
+class Still:
+    """A tracker that answers where it was told, with heavy infos.
+
+    At frame `length` there is trouble: it is interrupted, or breaks.
+    """
+
+    length: int | None = None
+    trouble: type[BaseException] = KeyboardInterrupt
+    made: list[Any] = field(default_factory=list)
+
+    def init(self, frame, region, rng):
+        return region, 1
+
+    def step(self, state, frame, rng):
+        region, k = state
+        if k == self.length:
+            raise self.trouble
+        heavy = np.zeros(1000)
+        self.made.append(weakref.ref(heavy))
+        info = {"region": region, "score": 0.5, "lost": False, "heavy": heavy}
+        return (region, k + 1), info
+
+
+def still_clip(length):
+    frames = [np.full((48, 64, 3), k % 256, np.uint8) for k in range(length)]
+    truth = np.tile(from_box([10, 10, 20, 20]), (length, 1))
+    return Sequence("still", frames, truth, np.ones(length))
+
+
+def test_nothing_is_accumulated(tmp_path, monkeypatch):
+    tracker = Still()
+    alive = []
+    row = recording.row
+
+    def counting(k, info):
+        alive.append(sum(reference() is not None for reference in tracker.made))
+        return row(k, info)
+
+    monkeypatch.setattr(recording, "row", counting)
+    assert recording.record(tracker, still_clip(60), tmp_path / "x.avi") == 60
+    gc.collect()
+    assert len(tracker.made) == 59
+    assert len(alive) == 60 and max(alive) <= 2
+
+
+def test_an_interruption_keeps_what_was_done(file, box, tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(by_name.TRACKERS._entries, "still", Still(5))
+    output = tmp_path / "x.webm"
+    assert run(file, "--box", box, "--tracker", "still", "-o", output) == 130
+    said = capsys.readouterr().err
+    assert "stopped: 5 of 8 frames are in both, up to frame 4" in said
+    assert len(VideoFile(output)) == len(table(output.with_suffix(".csv"))) == 5
+
+
+def test_files_are_closed_when_something_breaks(tmp_path):
+    broken = Still(5, ZeroDivisionError)
+    with pytest.raises(ZeroDivisionError):
+        recording.record(broken, still_clip(9), tmp_path / "x.avi")
+    assert len(VideoFile(tmp_path / "x.avi")) == len(table(tmp_path / "x.csv")) == 5

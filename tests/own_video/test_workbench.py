@@ -1,0 +1,519 @@
+"""The workbench of notebook 03, from drawing a box to tracking again from a file.
+
+A run is started and stopped and leaves three files; mistakes are answered in words.
+"""
+
+import asyncio
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from mkt.course import cli
+from mkt.files import DataError
+from mkt.own_video.box_picker import BoxPicker
+from mkt.own_video.settings import (
+    Settings,
+    changed_versions,
+    fingerprint,
+    load,
+    numbers_of,
+    parse_box,
+    region_of,
+    settled,
+    with_numbers,
+)
+from mkt.own_video.workbench import BUSY, EMPTY, READY, Finished, Workbench, workbench
+from mkt.regions import from_box
+from mkt.sequences.carphone import carphone
+from mkt.sequences.video import VideoFile
+from mkt.trackers import by_name
+from tests.own_video import films
+
+LENGTH = 12
+BOX = (55.0, 48.0, 50.0, 24.0, 0.0)
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path, monkeypatch):
+    """An empty folder, where the notebook is thought to lie."""
+    monkeypatch.delenv("MKT_STATIC", raising=False)
+    monkeypatch.setattr("mkt.own_video.workbench.SETTLED", 0.02)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def car(place):
+    """A video beside the notebook."""
+    return films.write(place / "car.mkv", films.driving(LENGTH).frames)
+
+
+@pytest.fixture
+def panel(car):
+    """The panel with the car and a box round it, as the browser would have set them."""
+    panel = Workbench()
+    panel.source.listed.value = "car.mkv"
+    panel.picker.set_state({"box": list(BOX)})
+    panel.method.tracker.value = "pf-75"
+    return panel
+
+
+def press(button, panel, until=lambda: False):
+    """Click a button as the browser does, inside the kernel's loop.
+
+    Press stop as soon as `until` says so, or wait for the end.
+    """
+
+    async def scenario():
+        button.click()
+        while not panel.task.done():
+            if until():
+                panel.stop.click()
+            await asyncio.sleep(0)
+
+    asyncio.run(scenario())
+
+
+def choose(panel, path):
+    """Type a path, as into the field for another video."""
+    panel.source.other.value = path
+
+
+def note(panel):
+    """What the panel says."""
+    return panel.report.note.value
+
+
+# Drawing and choosing
+
+
+def test_the_panel_begins_with_the_head_in_the_clip_of_the_book():
+    panel = Workbench()
+    assert panel.state == READY and len(panel.clip) == 120
+    region = region_of(panel.picker.box, panel.clip.frames[0])
+    assert np.abs(region[:2] - carphone().truth[0][:2]).max() < 2
+
+
+def test_a_video_in_the_folder_is_offered_and_shown(car):
+    panel = Workbench()
+    assert ("car.mkv", "car.mkv") in panel.source.listed.options
+    panel.source.listed.value = "car.mkv"
+    shown = cv2.imdecode(np.frombuffer(panel.picker.frame, np.uint8), 1)[..., ::-1]
+    assert np.array_equal(shown, VideoFile(car)[0])
+    assert "12 frames of 160x120 px" in note(panel)
+    assert panel.settings.box == (53, 40, 53, 40, 0)
+
+
+def test_a_video_that_came_later_is_found_by_the_round_arrow(place):
+    panel = Workbench()
+    before = panel.source.path
+    films.write(place / "late.avi", [films.black()])
+    panel.source.again.click()
+    assert ("late.avi", "late.avi") in panel.source.listed.options
+    assert panel.source.path == before
+
+
+def test_the_last_choice_counts(car):
+    panel = Workbench()
+    choose(panel, "car.mkv")
+    assert len(panel.clip) == LENGTH
+    panel.source.listed.value = "car.mkv"
+    assert panel.source.other.value == "" and len(panel.clip) == LENGTH
+    choose(panel, "none.mp4")
+    choose(panel, "")
+    assert len(panel.clip) == LENGTH
+
+
+def test_a_typed_path_that_is_a_video_is_chosen_in_the_list_and_stays_there(place):
+    panel = Workbench()
+    choose(panel, "none.mp4")
+    assert "none.mp4" not in dict(panel.source.listed.options)
+    (place / "elsewhere").mkdir()
+    path = str(films.write(place / "elsewhere" / "ball.avi", [films.black()]))
+    choose(panel, f" {path} ")
+    assert panel.source.listed.value == panel.source.path == path
+    assert panel.source.other.value == "" and len(panel.clip) == 1
+    panel.source.again.click()
+    assert panel.source.listed.value == path
+    panel.source.listed.value = panel.source.listed.options[0][1]
+    assert len(panel.clip) == 120 and path in dict(panel.source.listed.options)
+
+
+def test_the_box_that_the_browser_sends_is_where_the_tracker_starts(panel):
+    panel.picker.set_state({"box": [10, 20, 30, 40, 90]})
+    start = region_of(panel.settings.box, panel.clip.frames[0])
+    assert np.allclose(start, from_box([10, 20, 30, 40], np.pi / 2))
+
+
+def test_a_box_of_four_numbers_is_no_box():
+    with pytest.raises(Exception, match="length"):
+        BoxPicker().box = [1.0, 2.0, 3.0, 4.0]
+
+
+@pytest.mark.parametrize("name", by_name.TRACKERS)
+def test_each_tracker_offers_its_numbers_and_takes_them(name, panel):
+    panel.method.tracker.value = name
+    assert panel.method.numbers == numbers_of(by_name.get(name))
+    assert panel.settings.configured() == by_name.get(name)
+
+
+# Running
+
+
+def test_a_run_leaves_a_film_a_table_and_the_settings(panel, place):
+    press(panel.track, panel)
+    assert panel.state == READY
+    assert sorted(path.name for path in place.glob("tracked/*")) == [
+        "car-pf-75.csv",
+        "car-pf-75.json",
+        "car-pf-75.webm",
+    ]
+    rows = panel.output.with_suffix(".csv").read_text().splitlines()
+    assert len(VideoFile(panel.output)) == LENGTH == len(rows) - 1
+    assert panel.report.children[-1].value == panel.output.read_bytes()
+    assert "Written" in note(panel)
+
+
+def test_the_settings_of_a_run_give_the_same_table_again(panel, place, capsys):
+    panel.method.seed.value = 3
+    press(panel.track, panel)
+    words = ["track", "--settings", "tracked/car-pf-75.json", "-o", "again.webm"]
+    assert not cli.run(cli.parse(words))
+    table = (place / "again.csv").read_bytes()
+    assert table == (place / "tracked/car-pf-75.csv").read_bytes()
+    frames = VideoFile("again.webm"), VideoFile("tracked/car-pf-75.webm")
+    assert len(frames[0]) == len(frames[1])
+    assert all(map(np.array_equal, *frames))
+    assert "may differ" not in capsys.readouterr().err
+
+
+def test_a_box_that_comes_just_after_the_click_still_counts(panel):
+    drawn = [50.0, 44.0, 60.0, 32.0, 10.0]
+
+    async def scenario():
+        panel.track.click()
+        await asyncio.sleep(0)
+        panel.picker.set_state({"box": drawn})
+        await panel.task
+
+    asyncio.run(scenario())
+    assert load(panel.output.with_suffix(".json")).box == tuple(drawn)
+
+
+def test_no_run_replaces_an_earlier_one(panel, place):
+    press(panel.track, panel)
+    first = panel.output.read_bytes()
+    panel.method.seed.value = 1
+    press(panel.track, panel)
+    assert panel.output.name == "car-pf-75-2.webm"
+    assert (place / "tracked/car-pf-75.webm").read_bytes() == first
+
+
+def test_stop_is_heard_between_two_frames_and_keeps_what_was_done(panel):
+    def some_frames_are_done():
+        return panel.output or (panel.state == BUSY and panel.report.bar.value >= 1)
+
+    press(panel.track, panel, until=some_frames_are_done)
+    rows = panel.output.with_suffix(".csv").read_text().splitlines()[1:]
+    assert 0 < len(rows) == len(VideoFile(panel.output)) < LENGTH
+    assert panel.state == READY
+    assert f"Stopped: {len(rows)} of {LENGTH} frames" in note(panel)
+    assert load(panel.output.with_suffix(".json")) == panel.settings
+
+
+def test_nothing_else_can_be_touched_during_a_run_and_a_second_click_does_nothing(
+    panel, place
+):
+    def enabled():
+        return {
+            "track": not panel.track.disabled,
+            "stop": not panel.stop.disabled,
+            "picker": panel.picker.enabled,
+            "source": not panel.source.listed.disabled,
+            "seed": not panel.method.seed.disabled,
+        }
+
+    async def scenario():
+        panel.track.click()
+        task = panel.task
+        panel.track.click()
+        during.append(enabled())
+        assert panel.task is task
+        await task
+
+    during = []
+    asyncio.run(scenario())
+    only_stop = dict.fromkeys(enabled(), False) | {"stop": True}
+    assert during == [only_stop]
+    assert len(list(place.glob("tracked/*.webm"))) == 1
+    assert enabled() == dict.fromkeys(enabled(), True) | {"stop": False}
+
+
+# Mistakes
+
+
+@pytest.mark.parametrize(
+    "path, said",
+    [
+        ("none.mp4", "none.mp4: no such file; check the spelling"),
+        ("text.mp4", "not a video, or cut short"),
+        ("empty", "no images in this folder"),
+    ],
+)
+def test_a_wrong_path_is_answered_in_a_sentence_and_can_be_mended(
+    path, said, panel, place
+):
+    (place / "text.mp4").write_text("no video")
+    (place / "empty").mkdir()
+    choose(panel, path)
+    assert panel.state == EMPTY and panel.track.disabled
+    assert said in note(panel)
+    with pytest.raises(ValueError, match="there is no video"):
+        _ = panel.settings
+    choose(panel, "car.mkv")
+    assert panel.state == READY and said not in note(panel)
+
+
+@pytest.mark.parametrize(
+    "tracker, box, numbers, said",
+    [
+        ("pf-75", [500, 9, 5, 5, 0], {}, "it lies outside the image of 160x120 px"),
+        ("ssd", [150, 9, 40, 20, 0], {}, "choose a box inside it"),
+        ("wm", [0, 0, 300, 300, 0], {}, "is larger than the frame"),
+        ("pf-75", BOX, {"n": 0}, "particles is 0"),
+    ],
+)
+def test_what_a_tracker_refuses_is_said_and_nothing_is_written(
+    tracker, box, numbers, said, panel, place
+):
+    panel.method.tracker.value = tracker
+    panel.picker.set_state({"box": list(box)})
+    for field in panel.method._fields.children:
+        field.value = numbers.get(field.description, field.value)
+    press(panel.track, panel)
+    assert said in note(panel) and "Traceback" not in note(panel)
+    assert panel.state == READY and not list(place.glob("tracked/*"))
+
+
+def test_our_own_mistakes_are_shown_with_their_traceback_and_the_panel_goes_on(
+    panel, monkeypatch
+):
+    def broken(self, state, frame, rng):
+        raise ZeroDivisionError("<here>")
+
+    monkeypatch.setattr(type(by_name.get("pf-75")), "step", broken)
+    press(panel.track, panel)
+    assert "ZeroDivisionError: &lt;here&gt;" in note(panel)
+    assert panel.state == READY
+
+
+# The webcam
+
+OPEN = cv2.VideoCapture
+
+
+def plug_in(monkeypatch, camera):
+    """Files are opened as ever; camera 0 is the made-up one."""
+
+    def capture(*words):
+        return camera if words == (0,) else OPEN(*words)
+
+    monkeypatch.setattr(cv2, "VideoCapture", capture)
+
+
+class Camera:
+    """A camera that has so many pictures."""
+
+    def __init__(self, pictures, fps=0.0):
+        self.left = pictures
+        self.fps = fps
+        self.open = True
+
+    def isOpened(self):
+        return self.open
+
+    def get(self, what):
+        return self.fps
+
+    def read(self):
+        self.left -= 1
+        if self.left < 0:
+            return False, None
+        return True, np.full((48, 64, 3), self.left % 256, np.uint8)
+
+    def release(self):
+        self.open = False
+
+
+def test_the_webcam_is_recorded_into_a_file_which_is_then_the_video(
+    panel, place, monkeypatch
+):
+    camera = Camera(1000, fps=10.0)
+    plug_in(monkeypatch, camera)
+    panel.source.seconds.value = 2
+    press(panel.source.camera, panel)
+    [file] = place.glob("tracked/webcam-*.avi")
+    assert panel.settings.video == str(file)
+    assert len(panel.clip) == 20 and panel.clip.fps == 10.0
+    assert not camera.open
+    assert panel.clip.frames[0].shape == (48, 64, 3) and panel.state == READY
+
+
+def test_a_stopped_recording_is_kept(panel, monkeypatch):
+    plug_in(monkeypatch, Camera(1000))
+    press(panel.source.camera, panel, until=lambda: panel.report.picture.value)
+    assert panel.state == READY
+    assert 0 < len(panel.clip) < 250 and panel.clip.fps == 25.0
+
+
+@pytest.mark.parametrize("pictures", [0, 3])
+def test_no_camera_or_one_that_stops_is_said_plainly(pictures, panel, monkeypatch):
+    plug_in(monkeypatch, Camera(pictures))
+    press(panel.source.camera, panel)
+    assert "this kernel sees no camera" in note(panel)
+    assert panel.state == READY
+
+
+# Settings
+
+
+def test_numbers_are_changed_by_name_also_in_a_filter_inside():
+    assert with_numbers("combined", {"n": 30, "threshold": 0.5}).filter.n == 30
+    assert with_numbers("guided", {"n": 30, "found": 1}).found == 1.0
+    with pytest.raises(ValueError, match="no number 'm'; it has n, lam, lost_above"):
+        with_numbers("pf-75", {"m": 3})
+    with pytest.raises(ValueError, match="n is 30.5; it must be a whole number"):
+        with_numbers("pf-75", {"n": 30.5})
+
+
+def test_settings_come_back_as_they_were_written(car, place):
+    numbers = {"n": 30, "threshold": 0.1 + 0.2}
+    box = (0.1, 1 / 3, 50, 40, -7.25)
+    written = settled(car, box, "combined", numbers, seed=7)
+    written.save(place / "x.json")
+    assert load(place / "x.json") == written
+    assert written.numbers == numbers
+
+
+def test_a_fingerprint_is_that_of_sha256sum_and_a_folder_has_one_too(place):
+    (place / "a.png").write_bytes(b"abc")
+    assert fingerprint(place / "a.png") == (
+        "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    )
+    before = fingerprint(place)
+    (place / "note.txt").write_text("not an image")
+    assert fingerprint(place) == before
+    (place / "b.png").write_bytes(b"abc")
+    assert fingerprint(place) != before
+
+
+def test_another_video_under_the_same_name_is_noticed_and_a_moved_one_is_found(
+    car, place
+):
+    gone = (
+        "the video is gone; if it has moved, say where it is now: "
+        "python3 -m mkt track VIDEO --settings"
+    )
+    another = (
+        "not the video of x.json: its sha256 is .*; take the very file that was tracked"
+    )
+    settled(car, BOX).save(place / "x.json")
+    moved = car.rename(place / "moved.mkv")
+    with pytest.raises(DataError, match=gone):
+        load(place / "x.json")
+    assert load(place / "x.json", moved).video == str(moved)
+    car.write_bytes(moved.read_bytes() + b"x")
+    with pytest.raises(DataError, match=another):
+        load(place / "x.json")
+
+
+def test_a_path_in_the_settings_may_be_relative_to_them(car, place, monkeypatch):
+    settled(car, BOX).save(place / "x.json")
+    text = (place / "x.json").read_text()
+    (place / "x.json").write_text(text.replace(json.dumps(str(car)), '"car.mkv"'))
+    assert str(place) not in (place / "x.json").read_text()
+    monkeypatch.chdir("/")
+    assert load(place / "x.json").video == str(car)
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        ({"box": [1, 2, 3, 4]}, "box is .* cannot be"),
+        ({"box": [1, 2, 3, 4, "x"]}, "box is"),
+        ({"seed": 1.5}, "seed is 1.5"),
+        ({"seed": -1}, "seed is -1"),
+        ({"numbers": {"n": None}}, "numbers is"),
+        ({"video": 3}, "video is 3"),
+        ({"more": 1}, "missing or unknown: more"),
+    ],
+)
+def test_wrong_settings_are_named(change, said, car, place):
+    settled(car, BOX).save(place / "x.json")
+    values = json.loads((place / "x.json").read_text()) | change
+    (place / "x.json").write_text(json.dumps(values))
+    with pytest.raises(DataError, match=said):
+        load(place / "x.json")
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("{\n", "x.json, line 2: not JSON"),
+        ("[]", "missing or unknown: box, numbers, seed"),
+        ("\xff", "not text in UTF-8"),
+    ],
+)
+def test_what_is_no_settings_file_is_said(text, said, place):
+    (place / "x.json").write_text(text, encoding="latin-1")
+    with pytest.raises(DataError, match=said):
+        load(place / "x.json")
+
+
+def test_other_versions_are_mentioned(car):
+    assert changed_versions(settled(car, BOX)) == ""
+    old = Settings("x", "y", BOX, versions={"numpy": "1.0", "gone": "2"})
+    changed = changed_versions(old)
+    assert changed.startswith("numpy 1.0 is ")
+    assert changed.endswith("gone 2 is missing here")
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        ((), "track needs a VIDEO, or --settings FILE"),
+        (("--settings", "x.json", "--box", "1,2,3,4"), "leave these out"),
+        (("--settings", "x.json", "--seed", "1"), "leave these out"),
+    ],
+)
+def test_track_is_told_what_goes_together(words, said, capsys):
+    with pytest.raises(SystemExit):
+        cli.parse(["track", *words])
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "text, region",
+    [
+        ("10,20,30,40", [24.5, 39.5, 0, 15, 20]),
+        ("10.5,20,30,40,-90", [25, 39.5, -np.pi / 2, 15, 20]),
+        ("-10, 0,30,40", [4.5, 19.5, 0, 15, 20]),
+    ],
+)
+def test_boxes_are_read_as_annotations_are(text, region):
+    frame = np.zeros((120, 160, 3), np.uint8)
+    assert np.allclose(region_of(parse_box(text), frame), region)
+
+
+# The page
+
+
+def test_the_book_shows_a_finished_run_with_the_same_settings_as_the_panel(monkeypatch):
+    live = Workbench().settings
+    monkeypatch.setenv("MKT_STATIC", "1")
+    page = workbench()
+    assert isinstance(page, Finished) and page.settings == live
+    text = page._repr_html_()
+    assert "<video controls" in text and "JupyterLab" in text and "http" not in text

@@ -1,0 +1,59 @@
+"""The figures of the chapter on benchmarks: a table's fractions, success curves."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from mkt.figures.registry import FIGURES
+from mkt.papers.cordoba2014.printed import OVERALL, TABLE
+from mkt.papers.lessons.benchmark import counts
+from mkt.trackers import by_name
+
+
+def drawn(name, **parameters):
+    return FIGURES[name].draw(**parameters)[1]
+
+
+def test_table_1_as_printed_gives_away_its_lengths():
+    """Truncated, not rounded; three rows fit a BoBoT sequence but for a row or two.
+
+    And one mean is wrong.
+    """
+    rows = {row: drawn("own.table_forensics", row=row) for row in TABLE}
+    assert 627 in rows["clutter"]["n"] and 452 in rows["pillars"]["n"]
+    assert list(rows["trajectory"]["n"]) == [601]
+    possible = rows["clutter"]["possible"]
+    incomplete = [name for name in possible if not all(possible[name])]
+    assert incomplete == ["passers", "scale"]
+    rounded = drawn("own.table_forensics", rounding="rounded")["possible"]
+    assert not any(all(row) for row in rounded.values())
+    means, printed = rows["scale"]["means"], [float(p) for p in OVERALL]
+    agree = [
+        int(100 * mean + 1e-6) == round(100 * p)
+        for mean, p in zip(means, printed, strict=True)
+    ]
+    assert agree == [False, True, True]
+
+
+@pytest.mark.parametrize("n", [1, 7, 452, 627, 1016])
+def test_every_fraction_is_found_and_no_other(n):
+    for k in range(n + 1):
+        hundredths = Fraction(10000 * k, n)
+        rounded = int(hundredths + Fraction(1, 2))
+        assert k in counts(f"{int(hundredths) / 100:.2f}", n)
+        assert k in counts(f"{rounded / 100:.2f}", n, "rounded")
+    impossible = set(range(10001)) - {10000 * k // n for k in range(n + 1)}
+    assert not any(counts(f"{p / 100:.2f}", n) for p in sorted(impossible)[::37])
+
+
+def test_the_success_figure_shows_what_the_runs_give():
+    low = drawn("own.success", scene="look-alike", limit=0.2)
+    high = drawn("own.success", scene="look-alike", limit=0.7)
+    quick = [name for name in by_name.TRACKERS if name not in by_name.SLOW]
+    assert list(low["names"]) == quick
+    assert (low["seen"] >= high["seen"]).all() and (low["all"] <= low["seen"]).all()
+    curves = low["curves"]
+    assert low["area"] == pytest.approx(curves.mean(1))
+    assert (np.diff(curves) <= 0).all()
+    assert curves[:, 4] == pytest.approx(low["seen"])  # 4 / 20 is the limit

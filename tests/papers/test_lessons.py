@@ -1,0 +1,207 @@
+"""The teaching figures show what the chapters say about them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mkt.colors import ColorBins
+from mkt.evaluation import errors
+from mkt.figures.registry import FIGURES
+from mkt.histograms import learn
+from mkt.kernels import Kernels
+from mkt.papers import runs
+from mkt.papers.lessons import trackers as lessons
+from mkt.particles import SCHEMES, effective_sample_size
+from mkt.regions import displaced
+from mkt.scenes.questions import base
+from mkt.scenes.rendering import Layer, Scene
+from mkt.sequences.carphone import carphone
+from mkt.trackers import by_name
+from mkt.trackers.ssd import SSD, differentiate, minimise, newton_step
+from mkt.tracking import track
+
+
+def numbers(name, **parameters):
+    return FIGURES[name].draw(**parameters)[1]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_ten_steps_lead_to_the_truth(seed):
+    shown = numbers("own.newton", seed=seed)
+    assert shown["position"][0] == pytest.approx(24) and shown["position"][-1] < 1
+    assert shown["orientation"][-1] < np.deg2rad(2) and abs(shown["scale"][-1]) < 0.02
+    assert shown["distances"][-1] < shown["distances"][0] / 2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_kernel_gets_no_turn(seed):
+    shown = numbers("own.newton", layout="one", seed=seed)
+    assert np.allclose(shown["orientation"], np.deg2rad(20), atol=np.deg2rad(0.5))
+    assert shown["position"][-1] < 4
+
+
+def test_wider_kernels_reach_further():
+    """From two thirds of the object's length away, nine kernels reach it at 1.4.
+
+    At a span of 1 they are lost, and the distance tells.
+    """
+    for seed in range(4):
+        narrow, wide = (
+            numbers("own.newton", dx=64, span=span, seed=seed) for span in (1.0, 1.4)
+        )
+        assert narrow["position"][-1] > 20 and narrow["distances"][-1] > 0.6
+        assert wide["position"][-1] < 1 and wide["distances"][-1] < 0.3
+
+
+def test_without_the_derivative_of_c_the_size_takes_longer():
+    start = {"dx": 0, "turn": 0, "scale": 0.6}
+    for seed in range(4):
+        full, frozen = (
+            abs(numbers("own.newton", **start, derivative_of_c=c, seed=seed)["scale"])
+            for c in (True, False)
+        )
+        assert (frozen[2:6] > 1.5 * full[2:6]).all() and frozen[-1] < frozen[0] / 5
+
+
+def crossing(speed, shutter, seed):
+    """The bins of a frame in which the car crosses the middle of the image.
+
+    Also its region there, and the reference of the car at rest.
+    """
+    bins = ColorBins()
+    still, moving = (
+        Scene(
+            Layer(
+                "car",
+                96,
+                ((0, 159.5 - v, 119.5, 0, 1.0), (2, 159.5 + v, 119.5, 0, 1.0)),
+            ),
+            length=2,
+            shutter=shutter,
+            seed=seed,
+        ).sequence()
+        for v in (0, speed)
+    )
+    kernels = Kernels("3x3", samples=2400)
+    target = learn(bins(still.frames[0]), still.truth[0], kernels)
+    return bins(moving.frames[1]), moving.truth[1], target
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_under_blur_the_region_shrinks_only_without_the_derivative_of_c(seed):
+    """Chapter 4: any mismatch is read as "too large" when the derivative is left out.
+
+    On sharp frames it does not show.
+    """
+    sizes = {}
+    for shutter in (0.0, 0.9):
+        image, truth, target = crossing(28, shutter, seed)
+        start = displaced(truth, -28)
+        for c in (True, False):
+            found, _ = minimise(target, image, start, 10, derivative_of_c=c)
+            sizes[shutter, c] = found[3] / truth[3]
+    assert sizes[0.9, False] < 0.92 and sizes[0.9, True] > 0.97
+    assert abs(sizes[0.0, False] - 1) < 0.04 and abs(sizes[0.0, True] - 1) < 0.04
+
+
+def test_the_pull_towards_small_sizes_is_twice_the_squared_distance():
+    image, truth, target = crossing(24, 0.9, 0)
+    q, full = differentiate(target, image, truth)
+    _, frozen = differentiate(target, image, truth, derivative_of_c=False)
+    seen = q > 1e-6
+    error, root = (np.sqrt(q) - np.sqrt(target.q))[seen], np.sqrt(q[seen])
+    extra = np.sum((frozen - full)[..., 3][seen] / root * error)
+    d2 = np.sum(1 - target.coefficients(image, truth))
+    assert extra == pytest.approx(2 * d2, rel=0.03)
+    assert newton_step(q, frozen, target.q)[3] < newton_step(q, full, target.q)[3]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_kernels_cut_at_the_border_shrink_a_sharp_track_too(seed):
+    """Chapter 4: the derivative of C left out, and kernels that are cut.
+
+    Each costs some of the size, and together they cost more.
+    """
+    clip = replace(base(seed), length=40).sequence()
+    size = {}
+    for layout in ("3x3", "cut"):
+        for c in (True, False):
+            tracker = SSD(kernels=Kernels(layout), derivative_of_c=c)
+            off = errors(track(tracker, clip).regions, clip.truth)
+            size[layout, c] = np.exp(np.median(off.scale[1:]))
+    assert size["3x3", True] > 0.97
+    assert max(size["3x3", False], size["cut", True]) < size["3x3", True] - 0.015
+    assert size["cut", False] < min(size["3x3", False], size["cut", True]) - 0.015
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("n", [4, 7, 12])
+def test_the_ticks_fall_on_the_particles_that_are_drawn(scheme, n):
+    for seed in range(9):
+        shown = numbers("own.resampling", scheme=scheme, n=n, seed=seed)
+        shares, positions = lessons.draws(
+            scheme, shown["weights"], np.random.default_rng(seed)
+        )
+        fallen = np.searchsorted(np.cumsum(shares), positions, side="right")
+        certain = np.floor(n * shown["weights"] + 1e-9) if scheme == "residual" else 0
+        assert (np.bincount(fallen, minlength=n) + certain == shown["counts"]).all()
+
+
+def test_equal_weights_need_no_luck():
+    shown = numbers("own.resampling", lam=0)
+    assert (
+        shown["n_eff"] == pytest.approx(6)
+        and shown["scatter"][0] > 0.5
+        and np.allclose(shown["scatter"][1:], 0, atol=1e-9)
+    )
+
+
+def test_multinomial_draws_scatter_most_and_few_particles_live_on():
+    for lam in (10, 20, 40):
+        shown = numbers("own.resampling", lam=lam, n=12)
+        assert shown["scatter"][0] > 1.4 * max(shown["scatter"][1:])
+        assert shown["counts"].sum() == 12 and shown["n_eff"] == pytest.approx(
+            effective_sample_size(shown["weights"])
+        )
+
+
+def test_a_run_is_made_once_and_read_frame_by_frame():
+    runs.run.cache_clear()
+    shown = [numbers("own.run", frame=k) for k in (1, 40, 47)]
+    assert runs.run.cache_info().misses == 1
+    # In frame 47 the target is hidden.
+    assert shown[2]["parts"].mean() > shown[1]["parts"].mean() + 0.2
+    assert all(1 <= s["n_eff"] <= 75 for s in shown)
+    assert (shown[0]["overlap"] == shown[2]["overlap"]).all()
+
+
+def test_sliders_of_a_run_reach_its_tracker():
+    names = ("pf-75", "pf-500", "guided")
+    particles = [lessons.configured(name, 25).n for name in names]
+    assert particles == [25, 500, by_name.get("guided").n]
+    assert lessons.configured("combined", 25).filter.n == 25
+    assert numbers("own.run", tracker="ssd")["n_eff"] == 0
+    # The last frame of a shorter sequence.
+    assert len(numbers("own.run", scene="fast", frame=79)["overlap"]) == 60
+
+
+@pytest.mark.parametrize("box", [(0.34, 0.1, 0.3, 0.58), (0.45, 0.0, 0.05, 1.0)])
+def test_the_histogram_of_a_box_counts_its_pixels_alike(box):
+    """Whatever shape the box has."""
+    names = ("left", "top", "width", "height")
+    shown = numbers("own.video", **dict(zip(names, box, strict=True)))
+    image = ColorBins()(carphone().frames[0])
+    height, width = image.shape
+    x0, x1 = round(box[0] * width), round((box[0] + box[2]) * width)
+    y0, y1 = round(box[1] * height), round((box[1] + box[3]) * height)
+    pixels = image.labels[y0:y1, x0:x1].ravel()
+    counted = np.bincount(pixels, minlength=image.m) / pixels.size
+    assert np.abs(shown["histogram"] - counted).sum() < 0.1
+
+
+def test_the_table_of_a_box_holds_its_distances():
+    shown = numbers("own.video")
+    x, y = np.meshgrid(shown["x"], shown["y"])
+    assert (shown["x [px]"] == x.ravel()).all() and (shown["y [px]"] == y.ravel()).all()
+    assert (shown["distance"] == shown["distances"].ravel()).all()

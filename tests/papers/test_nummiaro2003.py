@@ -1,0 +1,215 @@
+"""The figures of [N03]: what a reader sees holds over random numbers and frames."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+from mkt.experiments import timing
+from mkt.figures.registry import FIGURES
+from mkt.papers.nummiaro2003 import sequences, steps
+from mkt.plotting import new_figure
+from mkt.scenes.nummiaro2003 import PASSES, STUDENTS, TREE, doors, students
+from mkt.trackers.ellipses import Disc
+
+LISTED = [function for _, functions in steps.STEPS.values() for function in functions]
+
+
+def shown(function, **parameters):
+    return function(new_figure((10, 5)), **parameters)
+
+
+# Figure 1
+
+
+@pytest.mark.parametrize("function", LISTED, ids=lambda f: f.__qualname__)
+def test_fig1_lists_the_source_without_its_docstring(function):
+    source = inspect.getsource(function)
+    code = source.replace(f'"""{function.__doc__}"""', "")
+    lines = steps.listing(function)
+    assert " ".join(lines).split() == code.split()
+    assert max(map(len, lines)) <= 88
+
+
+def test_fig1_is_all_on_the_page():
+    fig, row = FIGURES["nummiaro2003.fig1"].draw()
+    assert 0 < row["left"] < 0.1
+    assert row["lines"] == sum(len(steps.listing(function)) for function in LISTED)
+    fig.canvas.draw()
+    boxes = [text.get_window_extent() for text in fig.texts]
+    code = [box.x1 for box in boxes if box.x0 == pytest.approx(0.34 * fig.bbox.x1)]
+    modules = [box.x0 for box in boxes if box.x1 == pytest.approx(0.99 * fig.bbox.x1)]
+    assert len(modules) == len(LISTED) and max(code) < min(modules)
+
+
+# Figures 2 and 3
+
+
+def test_fig2_mean_and_top_are_near_the_annotated_head():
+    """In the median over the clip, of a head with half axes of 28 and 44 px.
+
+    The mean is also near the top of the surface.
+    """
+    rows = [shown(steps.fig2, frame=k) for k in range(0, 120, 17)]
+    mean, top = (np.array([row[key] for row in rows]) for key in ("mean", "offset"))
+    assert np.median(np.linalg.norm(mean, axis=1)) < 12
+    assert np.median(np.linalg.norm(top, axis=1)) < 12
+    assert np.median(np.linalg.norm(mean - top, axis=1)) < 10
+
+
+def test_fig2_table_has_the_surface_and_what_stands_on_it():
+    row = shown(steps.fig2)
+    table = row.table.set_index("drawn")
+    assert (table.loc["surface", "coefficient"] == row["rho"].ravel()).all()
+    assert table.loc["top", "coefficient"] == row["rho"].max()
+    assert table.loc["top", ["x [px]", "y [px]"]].tolist() == row["offset"].tolist()
+    assert 90 < len(table.loc["sample"]) <= 100
+
+
+@pytest.mark.parametrize("placement", steps.PLACEMENTS)
+def test_fig3_samples_lie_in_the_named_zones(placement):
+    row = shown(steps.fig3, placement=placement, particles=400)
+    x, y = row["samples"].T
+    at_border = (np.minimum(x, 319 - x) <= 20) | (np.minimum(y, 239 - y) <= 25)
+    beside_tree = doors(students(0))[:-1]
+    off = [np.hypot(x - cx, y - cy) / spread for cx, cy, spread, _ in beside_tree]
+    at_door = np.min(off, axis=0) < 4
+    allowed = {
+        "doors": at_door,
+        "borders": at_border,
+        "doors and borders": at_door | at_border,
+        "anywhere": x > -1,
+    }
+    assert allowed[placement].all()
+    if placement in ("borders", "anywhere"):
+        assert at_door.mean() < 0.3
+    else:
+        assert at_door.mean() > 0.6
+
+
+def test_fig3_only_the_student_appears():
+    behind, out = (shown(steps.fig3, frame=frame) for frame in (TREE, TREE + 30))
+    assert behind["positives"] <= 2 and out["positives"] > 10
+    assert behind["covered"] > 0.9 and behind["student"] > behind["limit"] + 0.3
+    samples = out.table.query("drawn == 'sample'")
+    assert samples["appears"].sum() == out["positives"]
+    background = out.table.query("drawn == 'background'")
+    assert 1 - background["appears"].mean() == pytest.approx(out["covered"])
+
+
+# Figure 5
+
+
+class Meter:
+    """In place of the processor's clock: a second for every pixel that is looked up."""
+
+    def __init__(self, monkeypatch):
+        self.seconds, histograms = 0, Disc.histograms
+
+        def counted(disc, image, regions):
+            self.seconds += len(regions) * len(disc.kernels.points)
+            return histograms(disc, image, regions)
+
+        monkeypatch.setattr(Disc, "histograms", counted)
+        monkeypatch.setattr(timing, "milliseconds", self.milliseconds)
+
+    def milliseconds(self, work, repeats):
+        before = self.seconds
+        work()
+        return 1e3 * (self.seconds - before)
+
+
+@pytest.fixture
+def meter(monkeypatch):
+    forget = steps.step_costs.cache_clear, steps.histogram_cost.cache_clear
+    for clear in forget:
+        clear()
+    yield Meter(monkeypatch)
+    for clear in forget:
+        clear()
+
+
+def test_fig5_cost_is_linear_in_samples_and_in_pixels_and_flat_on_the_fixed_grid(meter):
+    row = shown(steps.fig5)
+    assert row["samples"] == pytest.approx(1)
+    assert row["pixels"] == pytest.approx(1, abs=0.05)
+    assert row["grid"] == pytest.approx(0, abs=1e-9)
+    assert len(row["person"]) == len(row["car"]) == 25
+    # 100 samples and the mean state, whatever their size.
+    a_frame = 1e3 * 101 * len(Disc().kernels.points)
+    assert set([*row["person"], *row["car"]]) == {a_frame}
+    curves = row.table.groupby("curve")["CPU time [ms]"]
+    assert curves.size().to_dict() == {
+        "person": 25,
+        "car": 25,
+        "a frame": 5,
+        "histograms": 5,
+        "a point a pixel": 5,
+        "fixed grid": 5,
+    }
+
+
+# Whole sequences
+
+
+def test_fig4_person_and_car_are_followed():
+    row = shown(sequences.fig4)
+    assert np.median(row["person position"]) < 5 and np.median(row["car position"]) < 12
+    for target in ("person", "car"):
+        assert np.median(np.abs(row[f"{target} size"] - 1)) < 0.3
+    still = shown(sequences.fig4, alpha=0.0)
+    assert np.median(still["car position"]) > 15
+
+
+def test_fig6_found_again_passes_bridged_and_loss_declared():
+    row = shown(sequences.fig6)
+    waiting = row["initialising"]
+    assert waiting[TREE] and not waiting[TREE + 30 : 195].any() and waiting[-5:].all()
+    assert not any(waiting[k - 8 : k + 9].any() for k in PASSES)
+    assert row["overlap"][TREE + 30] > 0.2
+    gone = np.flatnonzero(row["visibility"] > 0)[-1]
+    assert abs(np.flatnonzero(~waiting)[-1] + 1 - gone) <= 10
+
+
+def test_fig7_is_the_run_of_fig6_and_its_crossings_are_the_modes():
+    row, strip = shown(sequences.fig7), shown(sequences.fig6)
+    assert (row["initialising"] == strip["initialising"]).all()
+    assert len(row["positives"]) == STUDENTS - 1
+    for switch in row["switches"]:
+        now = row["positives"][switch - 1]
+        assert now < row["line"] if row["initialising"][switch] else now > row["line"]
+
+
+def test_fig8_the_update_holds_the_target_and_a_fast_one_learns_what_is_beside_it():
+    row = shown(sequences.fig8)
+    held, lost = (
+        np.mean(row[f"{title} overlap"] > 0.2)
+        for title in ("with update", "without update")
+    )
+    assert held > lost + 0.2
+    assert row["with update target"][-1] > row["with update beside"][-1]
+    assert row["without update target"][-1] < 0.4
+    fast = shown(sequences.fig8, alpha=0.9)
+    assert np.mean(fast["with update overlap"] > 0.2) < held - 0.2
+    assert (fast["with update beside"] > fast["with update target"]).any()
+
+
+def test_fig9_the_update_hurts_when_only_the_size_changes():
+    row = shown(sequences.fig9, turns=False)
+    assert row["with update error"].mean() > row["without update error"].mean() + 0.05
+
+
+def test_fig10_the_head_is_followed_to_the_end():
+    row = shown(sequences.fig10)
+    assert row["overlap"].shape == (sequences.RUNS, 450)
+    assert row["overlap"].mean() > 0.5
+    assert (row["overlap"][:, -30:].mean(1) > 0.25).all()
+
+
+@pytest.mark.parametrize("name", ["fig4", "fig6", "fig8", "fig9", "fig10"])
+def test_tables_have_a_row_for_each_run_and_frame(name):
+    table = shown(getattr(sequences, name)).table
+    columns = {"target", "tracker", "run"} & set(table)
+    lengths = {"fig4": 300, "fig6": STUDENTS, "fig8": 300, "fig9": 600, "fig10": 900}
+    assert len(table) == lengths[name]
+    assert not table.duplicated(["frame", *columns]).any()

@@ -1,0 +1,40 @@
+"""The registry of all scenes, and the rule by which they are drawn."""
+
+import pickle
+
+import pytest
+
+from mkt.scenes import SCENES
+from mkt.scenes.cordoba2014 import KINDS
+from mkt.scenes.drawn import GROUNDS, ITEMS, Drawn, drawn
+
+
+def test_all_scenes_are_found_by_name():
+    tests = {"base", "look-alike", "occlusion", "blur", "illumination"}
+    assert set(SCENES) == tests | {"fast", "hidden"} | set(KINDS)
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_every_scene_takes_seed_item_and_ground(kind):
+    scene = SCENES[kind](1, item="hopper", ground="tissue")
+    assert (scene.target.texture, scene.background) == ("hopper", "tissue")
+    assert scene.seed == 1 and SCENES[kind](1).target.texture == "car"
+    assert len({scene, SCENES[kind](1, "hopper", "tissue")}) == 1  # hashable, and equal
+
+
+def test_sixteen_seeds_are_all_pairs():
+    pairs = {(drawn("base", k).item, drawn("base", k).ground) for k in range(16)}
+    assert pairs == {(item, ground) for item in ITEMS for ground in GROUNDS}
+
+
+def test_a_drawn_scene_is_a_source():
+    """Its specification says all, and can be sent to a worker process."""
+    source = drawn("fast", 6)
+    assert source == pickle.loads(pickle.dumps(source)) != drawn("fast", 7)
+    assert source.scene() == SCENES["fast"](6, "motorcycle", "tissue")
+    assert source.sequence().name == source.name == "fast"
+
+
+def test_an_unknown_kind_is_told_with_the_known_ones():
+    with pytest.raises(ValueError, match="no scene 'fastt', perhaps fast.*there are"):
+        Drawn("fastt").sequence()

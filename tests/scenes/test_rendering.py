@@ -1,0 +1,153 @@
+"""Synthetic scenes: the truth is exact, the blur is that of an exposure.
+
+And everything follows from the specification.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mkt.regions import displaced, warp
+from mkt.scenes.paths import standing
+from mkt.scenes.rendering import STILL, Layer, Scene, regions, render
+from mkt.scenes.textures import BACKGROUNDS, OBJECTS, texture
+
+MOVING = (
+    (0.0, 110.0, 100.0, 0.0, 1.0),
+    (10.0, 170.0, 130.0, 0.6, 1.2),
+    (20.0, 220.0, 110.0, -0.4, 0.9),
+)
+MIDDLE = standing(160, 120)
+CAMERA = ((0.0, 0.0, 0.0, 0.0, 1.0), (20.0, 30.0, -20.0, 0.2, 1.1))
+
+
+def look_up(frame, region, n=40):
+    """The pixels under n x n points of a region, (n, n, 3)."""
+    along = (2 * np.arange(n) + 1) / n - 1
+    points = np.stack(np.meshgrid(along, along), -1).reshape(-1, 2)
+    x, y = np.rint(warp(region, points)).astype(int).T
+    return frame[y, x].reshape(n, n, 3).astype(float)
+
+
+@pytest.mark.parametrize(
+    "camera", [STILL, CAMERA], ids=["still camera", "moving camera"]
+)
+@pytest.mark.parametrize("name", ["astronaut", "badge", "motorcycle"])
+def test_the_truth_is_where_the_object_is(name, camera):
+    """The object pulled back from the true region looks like in frame 0.
+
+    From a region displaced by 2 px it does so less.
+    """
+    layer = Layer(name, 80.0, MOVING)
+    clip = Scene(layer, length=21, camera=camera, shutter=0.0, noise=0.0).sequence()
+    first = look_up(clip.frames[0], clip.truth[0])
+    dx, dy = [0, 2, -2, 0, 0, 0, 0], [0, 0, 0, 2, -2, 0, 0]
+    turn = [0, 0, 0, 0, 0, 0.08, -0.08]
+    for k in (7, 14, 20):
+        differences = [
+            np.abs(look_up(clip.frames[k], region) - first).mean()
+            for region in displaced(clip.truth[k], dx, dy, turn)
+        ]
+        assert np.argmin(differences) == 0
+
+
+def test_same_specification_same_frames_in_any_order():
+    scene = Scene(Layer("car", 80.0, MOVING), length=8, seed=3)
+    fresh = render.__wrapped__  # without the cache
+    forward = [fresh(scene, k) for k in range(8)]
+    backward = [fresh(scene, k) for k in reversed(range(8))][::-1]
+    assert np.array_equal(forward, backward)
+    assert not (render(replace(scene, seed=4), 0) == forward[0]).all()
+
+
+def test_frames_are_a_series_like_any_other():
+    frames = Scene(Layer("cat", 60.0, MIDDLE), length=4).sequence().frames
+    assert len(frames[1:]) == 3 and np.array_equal(frames[1:], list(frames)[1:])
+    assert np.array_equal(frames[-1], frames[3]) and frames[4:] == []
+    with pytest.raises(IndexError, match="frame 4 of 4"):
+        frames[4]
+
+
+def test_blur_is_the_mean_over_the_exposure():
+    """A long exposure equals the mean of instants much denser than the renderer's."""
+    path = ((0.0, 60.0, 120.0, 0.0, 1.0), (10.0, 260.0, 120.0, 1.0, 1.0))
+    fast = Layer("car", 80.0, path)
+    scene = Scene(fast, length=11, shutter=0.9, noise=0.0)
+    blurred = render(scene, 5).astype(float)
+    instants = []
+    for offset in (np.arange(100) + 0.5) / 100 - 0.5:
+        target = _stopped(fast, 5 + 0.9 * offset)
+        instants.append(render(replace(scene, length=1, shutter=0, target=target), 0))
+    frozen = render(replace(scene, shutter=0.0), 5).astype(float)
+    to_mean = np.abs(blurred - np.mean(instants, 0)).mean()
+    to_frozen = np.abs(blurred - frozen).mean()
+    assert to_frozen > 1 and to_mean < to_frozen / 8
+
+
+def _stopped(layer, time):
+    """The layer standing still where it is at a time."""
+    x, y, theta, hx, _ = regions(Scene(layer, length=1), layer, np.array([time]))[0]
+    return replace(layer, path=((0.0, x, y, theta, 2 * hx / layer.width),))
+
+
+def test_visibility_falls_to_zero_behind_an_occluder():
+    occluder = Layer("bricks", 120.0, MIDDLE)
+    path = ((0.0, 40.0, 120.0, 0.0, 1.0), (20.0, 280.0, 120.0, 0.0, 1.0))
+    scene = Scene(Layer("astronaut", 50.0, path), length=21, front=(occluder,))
+    visibility = scene.sequence().visibility
+    assert visibility[[0, -1]] == pytest.approx(1, abs=0.02)
+    assert visibility[10] == 0
+    assert 0.2 < visibility[np.argmax(visibility < 0.99)] <= 0.99
+
+
+def test_visibility_counts_what_leaves_the_image():
+    clip = Scene(Layer("astronaut", 60.0, standing(-0.5, 120)), length=1).sequence()
+    assert clip.visibility[0] == pytest.approx(0.5, abs=0.02)
+
+
+def test_noise_and_light():
+    layer = Layer("car", 60.0, MIDDLE)
+    base = Scene(layer, background="table", length=1, noise=0.0)
+    clean = render(base, 0).astype(float)
+    noisy = render(replace(base, noise=4.0), 0).astype(float)
+    unclipped = (clean > 20) & (clean < 235)
+    assert np.std((noisy - clean)[unclipped]) == pytest.approx(4.0, rel=0.05)
+    dim = render(replace(base, light=((0.0, 0.5, 0.7, 1.0),)), 0)
+    assert dim[..., 0].sum() / clean[..., 0].sum() == pytest.approx(0.5, abs=0.01)
+    assert dim[..., 2].sum() / clean[..., 2].sum() == pytest.approx(1.0, abs=0.01)
+
+
+def test_look_alikes():
+    """A shuffled twin has its colours at other places; a recoloured one has others."""
+
+    def middle(**changes):
+        layer = Layer("car", 90.0, MIDDLE, **changes)
+        frame = render(Scene(layer, length=1, noise=0.0), 0)
+        return frame[95:145, 125:195].astype(float)
+
+    plain, shuffled, recoloured = middle(), middle(shuffle=3), middle(hue=120.0)
+    assert np.abs(plain - shuffled).mean() > 20
+    assert np.abs(plain.mean((0, 1)) - shuffled.mean((0, 1))).max() < 12
+    assert np.abs(plain.mean((0, 1)) - recoloured.mean((0, 1))).max() > 20
+
+
+@pytest.mark.parametrize("name", [*OBJECTS, *BACKGROUNDS])
+def test_every_texture_is_there(name):
+    rgba = texture(name)
+    assert rgba.ndim == 3 and rgba.shape[2] == 4
+    assert rgba.dtype == np.uint8 and rgba[..., :3].std() > 10
+
+
+@pytest.mark.parametrize(
+    "field, value", [("shutter", 1.5), ("noise", -1.0), ("length", 0), ("zoom", 0.0)]
+)
+def test_impossible_cameras_are_refused(field, value):
+    with pytest.raises(ValueError, match=field):
+        Scene(Layer("car", 60.0, MOVING), **{field: value})
+
+
+def test_unknown_textures_are_named():
+    scene = Scene(Layer("lorry", 60.0, MOVING))
+    with pytest.raises(ValueError, match="no texture 'lorry'.*car"):
+        scene.sequence()

@@ -1,0 +1,171 @@
+"""Frames are decoded on demand, and what is no frame is named and explained."""
+
+import gc
+import itertools
+import pickle
+import weakref
+from concurrent.futures import ThreadPoolExecutor
+
+import cv2
+import numpy as np
+import pytest
+
+from mkt.files import DataError
+from mkt.sequences.video import KEPT, ImageFolder, VideoFile
+from tests.sequences.written import (
+    noise,
+    picture,
+    refused,
+    write_images,
+    write_rows,
+    write_video,
+)
+
+
+@pytest.fixture(params=["file", "folder"])
+def frames(request, tmp_path):
+    n = 3 * KEPT
+    if request.param == "file":
+        return VideoFile(write_video(tmp_path / "a.mkv", n))
+    return ImageFolder(write_images(tmp_path / "a", n))
+
+
+def test_frames_are_rgb_in_order_and_counted(frames):
+    assert len(frames) == 3 * KEPT
+    for k, frame in enumerate(frames):
+        assert frame.dtype == np.uint8
+        np.testing.assert_array_equal(frame, picture(k))
+    assert k == 3 * KEPT - 1
+
+
+def test_random_access_equals_sequential_access(frames):
+    for k in [5, 4, 90, 3, 3, 95, 0, -1, 50, np.int64(49), 17, 94, 60, 28]:
+        np.testing.assert_array_equal(frames[k], picture(k % len(frames)))
+    for k in (len(frames), -len(frames) - 1):
+        with pytest.raises(IndexError):
+            frames[k]
+
+
+def test_several_threads_may_read(frames):
+    def read(order):
+        return [(k, frames[k]) for k in order]
+
+    orders = [range(0, 96, 2), range(95, 0, -3), range(96), range(95, 0, -5)]
+    with ThreadPoolExecutor(4) as threads:
+        seen = list(threads.map(read, orders))
+    for k, frame in itertools.chain.from_iterable(seen):
+        np.testing.assert_array_equal(frame, picture(k))
+
+
+def test_slices_are_views(frames):
+    part = frames[10:40:3]
+    assert (len(part), part.fps) == (10, frames.fps)
+    reds = [frame[0, 0, 0] for frame in part]
+    np.testing.assert_array_equal(reds, np.arange(10, 40, 3))
+    assert part[1:][-1] is frames[37] and len(frames[:-1]) == len(frames) - 1
+    with pytest.raises(IndexError):
+        part[10]
+
+
+def test_no_more_frames_are_kept_than_the_cache_holds(frames):
+    alive = [weakref.ref(frame) for frame in frames]
+    gc.collect()
+    # The loop variable's frame is among the cached ones.
+    assert sum(ref() is not None for ref in alive) <= KEPT + 1
+    assert frames[95] is frames[95] and alive[0]() is None
+
+
+def test_a_frame_in_use_stays_in_the_cache(frames):
+    first = frames[0]
+    for k in range(1, 2 * KEPT):
+        frames[k]
+        assert frames[0] is first
+
+
+def test_stepping_back_decodes_a_block_not_a_frame(tmp_path, monkeypatch):
+    frames = VideoFile(write_video(tmp_path / "a.mkv", 3 * KEPT))
+    reopen = VideoFile._open
+    opened = []
+
+    def counted(self):
+        opened.append(1)
+        reopen(self)
+
+    monkeypatch.setattr(VideoFile, "_open", counted)
+    for k in reversed(range(3 * KEPT)):
+        np.testing.assert_array_equal(frames[k], picture(k))
+    assert 1 <= len(opened) <= 3
+
+
+def test_frames_cannot_be_drawn_into(frames):
+    with pytest.raises(ValueError, match="read-only"):
+        frames[0][:] = 0
+
+
+def test_frames_and_errors_travel_to_worker_processes(frames):
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(frames))[7], picture(7))
+    error = DataError("a.txt", "broken", "mend it", 3)
+    travelled = str(pickle.loads(pickle.dumps(error)))
+    assert travelled == str(error) == "a.txt, line 3: broken; mend it"
+
+
+def test_file_says_its_rate_and_folder_uses_25(tmp_path):
+    assert VideoFile(write_video(tmp_path / "a.mkv", 3)).fps == 30
+    assert ImageFolder(write_images(tmp_path / "a", 3)).fps == 25
+
+
+def test_names_are_ordered_as_people_do_and_other_files_ignored(tmp_path):
+    write_images(tmp_path, 12, "img{}.png")
+    write_rows(tmp_path / "groundtruth.txt", "1")
+    assert [frame[0, 0, 0] for frame in ImageFolder(tmp_path)] == list(range(12))
+
+
+@pytest.mark.parametrize("suffix", ["jpg", "JPEG", "bmp", "webp"])
+def test_other_image_formats(tmp_path, suffix):
+    frames = ImageFolder(write_images(tmp_path, 2, "{}." + suffix))
+    np.testing.assert_allclose(frames[1].astype(int), picture(1), atol=12)
+
+
+def test_length_is_counted_when_the_container_is_off_by_one(tmp_path, monkeypatch):
+    path = write_video(tmp_path / "a.mkv", 40)
+    monkeypatch.setattr(VideoFile, "_said", lambda self, what: 41)
+    assert len(VideoFile(path)) == 40
+
+
+def test_bad_videos(tmp_path):
+    with refused("none.mp4", "no such file", "spelling"):
+        VideoFile(tmp_path / "none.mp4")
+    with refused("text.mp4", "not a video", "convert"):
+        VideoFile(write_rows(tmp_path / "text.mp4", "hello"))
+    content = write_video(tmp_path / "a.mkv", 40, noise).read_bytes()
+    cut = tmp_path / "cut.mkv"
+    cut.write_bytes(content[: len(content) // 2])
+    with refused("cut.mkv", r"truncated: \d\d of 40 frames", "download it again"):
+        VideoFile(cut)
+    with refused("grey.mkv", "grey", "ffmpeg"):
+        VideoFile(write_video(tmp_path / "grey.mkv", 3, color=False))
+
+
+def test_bad_folders_and_images(tmp_path):
+    with refused("none", "no such folder", "spelling"):
+        ImageFolder(tmp_path / "none")
+    with refused(tmp_path, "no images", "put its frames there"):
+        ImageFolder(tmp_path)
+    good = picture(0)
+    for name, image, what in (
+        ("grey", good[..., 0], "grey"),
+        ("deep", good.astype(np.uint16) * 256, "16 bits"),
+        ("alpha", np.dstack([good, good[..., :1]]), "alpha channel"),
+    ):
+        path = write_images(tmp_path / name, 1) / "0002.png"
+        cv2.imwrite(str(path), image)
+        with refused(path, what, "8-bit RGB.*ffmpeg"):
+            ImageFolder(path.parent)[1]
+    path = write_images(tmp_path / "sizes", 1) / "0002.png"
+    cv2.imwrite(str(path), good[:, :32])
+    with refused(path, "32x48 pixels.*64x48", "resize"):
+        ImageFolder(path.parent)[1]
+    for content in (b"", b"not an image"):
+        path.write_bytes(content)
+        with refused(path, "not an image", "download"):
+            ImageFolder(path.parent)[1]

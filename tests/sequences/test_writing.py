@@ -1,0 +1,36 @@
+"""Videos that are written can be read again; stderr is silent where it should be."""
+
+import os
+
+import numpy as np
+import pytest
+
+from mkt.sequences.video import VideoFile
+from mkt.sequences.writing import CODECS, quiet, video_writer
+from tests.sequences.written import HEIGHT, WIDTH, picture
+
+
+@pytest.mark.parametrize("suffix", CODECS)
+def test_what_is_written_is_read_again(tmp_path, suffix, capfd):
+    path = tmp_path / f"a{suffix}"
+    with video_writer(path, (WIDTH, HEIGHT), 12.5) as writer:
+        for k in range(5):
+            writer.write(picture(10 * k)[..., ::-1])
+    frames = VideoFile(path)
+    assert len(frames) == 5 and frames.fps == pytest.approx(12.5)
+    assert np.abs(frames[3].astype(int) - picture(30)).mean() < 12
+    assert capfd.readouterr().err == ""
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path, capfd):
+    path = tmp_path / "none" / "a.webm"
+    with pytest.raises(OSError, match=r"a\.webm: cannot be written; is the folder"):
+        with video_writer(path, (WIDTH, HEIGHT), 25):
+            pass
+
+
+def test_stderr_is_silent_for_a_while(capfd):
+    with quiet():
+        os.write(2, b"not heard")
+    os.write(2, b"heard")
+    assert capfd.readouterr().err == "heard"

@@ -1,0 +1,173 @@
+"""The simulated camera: its motion, what it sees, and that its truth is right."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from mkt.regions import corners, displaced
+from mkt.servoing.features import Camera, features, interaction_matrix
+from mkt.servoing.robot import Workspace, circle, move, place, to_and_fro
+
+DESIRED = np.array([159.5, 119.5, np.pi / 2, 50.0, 31.25])
+STILL = ((0.0, 0.0, 0.0, np.pi / 2),)
+CAR = np.array(STILL[0][1:])
+AT_REST = np.zeros(6)
+# A card fills its rectangle, so that its outline can be seen; no noise, no blur.
+SHARP = Workspace(car="badge", exposure=0.0, noise=0.0)
+
+
+def shot(workspace, pose, twist=AT_REST, path=STILL, seed=0):
+    return workspace.frame(pose, twist, path, 0.0, np.random.default_rng(seed))
+
+
+def above(workspace, twist=AT_REST):
+    """A pose: straight above the car, then moved by a twist for a second."""
+    return move(workspace.facing(DESIRED, CAR), twist, 1.0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_pose_follows_the_exponential_map(seed):
+    twist = np.random.default_rng(seed).standard_normal(6)
+    twist[3:] *= 10.0 ** -(2 * seed)
+    generator = np.zeros((4, 4))
+    generator[:3, :3], generator[:3, 3] = np.cross(np.eye(3), twist[3:]), twist[:3]
+    there = move(np.eye(4), twist, 0.7)
+    np.testing.assert_allclose(there, expm(0.7 * generator), atol=1e-10)
+    np.testing.assert_allclose(move(there, twist, -0.7), np.eye(4), atol=1e-12)
+
+
+@pytest.mark.parametrize("car", [(0.0, 0.0, 0.0), (0.3, -0.2, 2.0), (-0.1, 0.5, -3.0)])
+def test_facing_the_car_shows_it_where_it_is_wanted(car):
+    workspace, car = Workspace(), np.array(car)
+    wanted = np.array([100.0, 150.0, -0.4, 40.0, 25.0])
+    pose = workspace.facing(wanted, car)
+    np.testing.assert_allclose(workspace.truth(pose, car), wanted, atol=1e-9)
+    np.testing.assert_allclose(workspace.outline(pose, car), corners(wanted), atol=1e-9)
+
+
+VIEWS = {
+    "above": AT_REST,
+    "turned": (0.05, 0.05, -0.2, 0, 0, 0.5),
+    "tilted": (0, 0.2, 0, 0.3, 0, 0.2),
+    "aslant": (0.3, 0, 0, 0, -0.4, 0),
+}
+
+
+@pytest.mark.parametrize("twist", VIEWS.values(), ids=VIEWS)
+def test_the_picture_shows_the_card_inside_its_outline(twist):
+    """Pixels that change when the card is taken away are those inside its outline.
+
+    The true region covers them too, but for perspective.
+    """
+    pose = above(SHARP, twist)
+    gone = shot(SHARP, pose, path=((0.0, 0.0, -1.2, 0.0),))
+    changed = (np.abs(shot(SHARP, pose).astype(int) - gone) > 0).any(-1)
+
+    def overlap(polygon):
+        inside = np.zeros(changed.shape, np.uint8)
+        sixteenths = np.round(polygon * 16).astype(np.int32)
+        cv2.fillPoly(inside, [sixteenths], 1, shift=4)
+        return (inside & changed).sum() / (inside | changed).sum()
+
+    assert overlap(SHARP.outline(pose, CAR)) > 0.94
+    assert overlap(corners(SHARP.truth(pose, CAR))) > 0.88
+
+
+@pytest.mark.parametrize("dx, dy, turn", [(-60, 40, 0.5), (50, -30, -1.9)])
+def test_the_row_of_theta_is_that_of_the_similarity_a_tracker_fits(dx, dy, turn):
+    workspace, camera, step = Workspace(), Camera(), 1e-6
+    region = displaced(DESIRED, dx=dx, dy=dy, dtheta=turn)
+    pose = workspace.facing(region, CAR)
+
+    def theta(twist, t):
+        return features(workspace.truth(move(pose, twist, t), CAR), camera)[3]
+
+    slopes = [(theta(v, step) - theta(v, -step)) / (2 * step) for v in np.eye(6)]
+    row = interaction_matrix(region, camera, workspace.surface)[3]
+    np.testing.assert_allclose(row, slopes, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "twist",
+    [(0, 0, -3.0, 0, 0, 0.3), (0, 0.3, -0.5, 0.5, 0, 0.2)],
+    ids=["far", "tilted"],
+)
+@pytest.mark.parametrize("table", ["workshop", "gravel"])
+def test_nothing_aliases(twist, table):
+    """A frame is close to one of a camera with 36 times the pixels, reduced.
+
+    From far, the finest texture looked up plainly is 7 to 9 levels off.
+    """
+    k, workspace = 6, replace(SHARP, table=table)
+    large = replace(workspace, camera=Camera(k * 400.0, (k * 320, k * 240)))
+    pose = above(workspace, twist)
+    fine = shot(large, pose)
+    reference = cv2.resize(fine, (320, 240), interpolation=cv2.INTER_AREA)
+    assert np.abs(shot(workspace, pose).astype(int) - reference).mean() < 3
+
+
+def test_the_exposure_averages_what_was_seen_before_the_instant():
+    twist, pose = np.array([0.4, 0.2, 0, 0, 0, 0.3]), above(SHARP)
+    open_shutter = replace(SHARP, exposure=0.05)
+    lags = 0.05 * (np.arange(16) + 0.5) / 16
+    instants = [shot(SHARP, move(pose, twist, -lag)) for lag in lags]
+    mean = np.mean(np.array(instants, float), 0)
+    off = np.abs(shot(open_shutter, pose, twist) - mean)
+    assert off.max() < 8 and off.mean() < 0.5
+    assert np.abs(shot(SHARP, pose, twist) - mean).mean() > 5
+    moving = ((-1.0, -0.4, 0.0, np.pi / 2), (1.0, 0.4, 0.0, np.pi / 2))
+    blurred = shot(open_shutter, pose, path=moving)
+    assert np.abs(blurred.astype(int) - shot(SHARP, pose)).mean() > 0.5
+
+
+def test_the_noise_is_the_sensors_and_follows_from_its_seed():
+    noisy, pose = replace(SHARP, noise=4.0, table="gravel"), above(SHARP)
+    first, again, other = (shot(noisy, pose, seed=s) for s in (0, 0, 1))
+    assert (first == again).all()
+    exact = shot(replace(noisy, noise=0.0), pose)
+    middle = (exact > 40) & (exact < 215)
+    difference = first.astype(float)[middle] - other[middle]
+    assert np.std(difference) == pytest.approx(4 * np.sqrt(2), rel=0.05)
+
+
+def test_the_hand_reverses_at_the_printed_frames():
+    path = to_and_fro(wobble=0.0)
+    y = np.array([place(path, 0.2 * k)[1] for k in range(80)])
+    steps = 0.01 * np.repeat([0, 1, -1, 1, 0], [5, 25, 7, 28, 14])
+    np.testing.assert_allclose(np.diff(y), steps, atol=1e-9)
+
+
+def test_paths_follow_from_their_arguments():
+    assert to_and_fro(1) == to_and_fro(1) != to_and_fro(2)
+
+    def steps(wobble):
+        path = to_and_fro(0, wobble=wobble)
+        return np.diff([place(path, t)[1] for t in np.arange(1, 6, 0.1)])
+
+    assert 0.02 < np.std(steps(0.1) - steps(0.0)) / 0.005 < 0.3
+    x, y, theta = np.array([place(circle(0.08), t) for t in np.linspace(0, 23, 40)]).T
+    np.testing.assert_allclose(np.hypot(x + 0.08, y), 0.08, rtol=1e-2)
+    assert (theta == np.pi / 2).all()
+
+
+TOO_LOW = above(SHARP, (0, 0, 1.0, 0, 0, 0))
+PAST_THE_HORIZON = above(SHARP, (0, 0, 0, 1.5, 0, 0))
+
+
+@pytest.mark.parametrize(
+    "problem, call",
+    [
+        ("behind the camera", lambda: Workspace().truth(TOO_LOW, CAR)),
+        ("behind the camera", lambda: shot(SHARP, PAST_THE_HORIZON)),
+        ("width", lambda: Workspace(width=0.0)),
+        ("table_width", lambda: Workspace(table_width=-1.0)),
+        ("exposure", lambda: Workspace(exposure=-0.1)),
+        ("noise", lambda: Workspace(noise=-1.0)),
+    ],
+)
+def test_bad_input_is_named(problem, call):
+    with pytest.raises(ValueError, match=problem):
+        call()

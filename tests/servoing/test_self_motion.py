@@ -1,0 +1,142 @@
+"""The target's own motion: its measurement, its filter, and the loop that uses both."""
+
+import control
+import numpy as np
+import pytest
+
+from mkt.servoing.features import Camera, interaction_matrix
+from mkt.servoing.self_motion import (
+    OFF,
+    RAW,
+    Kalman,
+    closed_loop,
+    measured_self_motion,
+    one_feature,
+)
+
+UNIT = Camera(1.0, (1, 1))  # its pixels are normalised coordinates
+REGION = np.array([0.15 / 0.8, 0.1 / 0.8, -0.7, 0.1 / 0.8, 0.06 / 0.8])
+L = interaction_matrix(REGION, UNIT, 0.024)
+
+
+@pytest.mark.parametrize(
+    "problem, call",
+    [
+        (
+            "dt",
+            lambda: measured_self_motion(
+                np.zeros(4), np.zeros(4), np.eye(4, 6), np.zeros(6), 0.0
+            ),
+        ),
+        ("dt", lambda: closed_loop(1.0, -0.2)),
+        ("ratio", lambda: Kalman(-1.0)),
+        ("rho", lambda: Kalman(1.0, 1.0)),
+    ],
+)
+def test_bad_input_is_named(problem, call):
+    with pytest.raises(ValueError, match=problem):
+        call()
+
+
+def test_the_targets_own_motion_is_what_the_camera_does_not_explain():
+    rng = np.random.default_rng(0)
+    v = rng.standard_normal(6)
+    own, before = rng.standard_normal((2, 4))
+    after = before + 0.2 * (L @ v + own)
+    measured = measured_self_motion(after, before, L, v, 0.2)
+    np.testing.assert_allclose(measured, own, atol=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [2e-4, 0.02, 0.2, 1.0, 50.0])
+def test_the_steady_gain_is_where_the_recursion_ends(ratio):
+    kalman = Kalman(ratio)
+    F, P = kalman.transition, np.diag([1.0, ratio])
+    for _ in range(2000):
+        P = F @ P @ F.T + np.diag([0, ratio])
+        K = P[:, 0] / (P[0, 0] + 1)
+        P = P - np.outer(K, P[0])
+    np.testing.assert_allclose(kalman.gain, K, rtol=1e-6)
+
+
+def steps(kalman, z):
+    """Estimates (T, n) from measurements (T, n)."""
+    state, estimates = np.zeros((2, z.shape[1])), []
+    for row in z:
+        state = kalman.step(state, row)
+        estimates.append(state[0])
+    return np.array(estimates)
+
+
+@pytest.mark.parametrize(
+    "ratio, frames", [(2e-4, 50), (0.02, 5), (0.2, 2), (np.inf, 1)]
+)
+def test_frames_until_a_step_is_believed(ratio, frames):
+    """63 % of a sudden velocity; what suits 60 Hz needs ten seconds at 5 Hz."""
+    response = steps(Kalman(ratio), np.ones((200, 1)))[:, 0]
+    believed = 1 + np.argmax(response > 1 - np.exp(-1))
+    assert abs(believed - frames) <= 0.1 * frames + 0.5
+
+
+@pytest.mark.parametrize("ratio", [0.05, 1.0])
+def test_no_other_ratio_filters_better_than_the_true_one(ratio):
+    rng = np.random.default_rng(1)
+    truth, own = np.zeros((4000, 20)), np.zeros(20)
+    for k in range(1, len(truth)):
+        truth[k] = truth[k - 1] + own
+        own = 0.3 * own + np.sqrt(ratio) * rng.standard_normal(20)
+    z = truth + rng.standard_normal(truth.shape)
+    filters = Kalman(ratio), Kalman(ratio / 5), Kalman(5 * ratio), RAW
+    best, *others = [np.var(steps(kalman, z) - truth) for kalman in filters]
+    assert best < 0.99 * min(others)
+
+
+def test_ends_of_the_ratio():
+    z = np.random.default_rng(0).standard_normal((9, 4))
+    assert (steps(OFF, z) == 0).all()
+    np.testing.assert_allclose(steps(RAW, z), z, atol=1e-12)
+
+
+def test_the_steady_error_is_c_over_gain_without_compensation_and_zero_with_it():
+    assert closed_loop(1.5, 0.2).dcgain() == pytest.approx(1 / 1.5)
+    for kalman in (RAW, Kalman(), Kalman(0.02)):
+        assert closed_loop(1.5, 0.2, kalman).dcgain() == pytest.approx(0, abs=1e-9)
+
+
+def radius(*args, **kwargs):
+    """Of the circle that holds all poles of a closed loop."""
+    return np.abs(closed_loop(*args, **kwargs).poles()).max()
+
+
+def test_poles_against_gain_delay_and_a_matrix_thought_too_small():
+    assert radius(1.0, 0.2) == pytest.approx(0.8)
+    assert radius(9.0, 0.2) == pytest.approx(0.8)
+    assert radius(11.0, 0.2) > 1
+    assert radius(1.0, 0.2, RAW) == pytest.approx(0.8)
+    # z^2 - z + gain dt
+    assert radius(4.9, 0.2, delay=1) < 1 < radius(5.1, 0.2, delay=1)
+    assert radius(1.0, 0.2, RAW, mismatch=0.4) > 1
+    assert radius(1.0, 0.2, Kalman(), mismatch=0.4) < 1
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2])
+@pytest.mark.parametrize(
+    "kalman", [OFF, RAW, Kalman(0.2)], ids=["off", "raw", "kalman"]
+)
+def test_one_feature_is_what_the_closed_loop_predicts(kalman, delay):
+    """Cases side by side, each with its own gain."""
+    gains, velocity = np.array([0.5, 1.5]), 5.0 * np.repeat([0, 1, -1, 0], 12)
+    found = one_feature(gains, 0.2, kalman, velocity, np.zeros((48, 2)), delay)
+    for gain, errors in zip(gains, found.T, strict=True):
+        loop = closed_loop(gain, 0.2, kalman, delay)
+        predicted = control.forced_response(loop, inputs=velocity).outputs
+        np.testing.assert_allclose(errors, predicted, atol=1e-9)
+
+
+def test_the_noise_of_one_feature_moves_the_error_but_is_no_part_of_it():
+    noise = np.random.default_rng(0).standard_normal((300, 1))
+    still = one_feature(np.array([1.0]), 0.2, OFF, np.zeros(300), noise)[:, 0]
+    # e_(k+1) = e_k - gain dt (e_k + noise_k)
+    np.testing.assert_allclose(
+        still[1:], 0.8 * still[:-1] - 0.2 * noise[:-1, 0], atol=1e-12
+    )
+    assert still[0] == 0

@@ -1,0 +1,96 @@
+"""Every refusal names the field, its value and the remedy."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mkt import checks
+from mkt.checks import LONGEST, checked_frame, checked_region, finite
+
+
+def spec(value):
+    return SimpleNamespace(field=value)
+
+
+def kinds(specification, field):
+    checks.one_of(specification, **{field: ("one", "two")})
+
+
+@pytest.mark.parametrize(
+    "check, good, bad, says",
+    [
+        (kinds, ["one", "two"], ["three", None], "it must be one of one, two"),
+        (
+            checks.positive,
+            [1, 0.5, np.float64(3)],
+            [0, -1, np.inf, np.nan],
+            "it must be positive",
+        ),
+        (checks.shares, [0, 1, 0.5], [-0.1, 1.1, np.nan], "between 0 and 1"),
+        (
+            checks.counts,
+            [1, np.int64(5)],
+            [0, -1, 1.0, "3", np.nan],
+            "it must be a whole number, at least 1",
+        ),
+    ],
+)
+def test_fields(check, good, bad, says):
+    for value in good:
+        check(spec(value), "field")
+    for value in bad:
+        with pytest.raises(ValueError, match=f"field is .*; .*{says}") as caught:
+            check(spec(value), "field")
+        assert str(value) in str(caught.value)
+
+
+def test_a_frame_comes_back_as_an_array():
+    frame = np.zeros((2, 3, 3), np.uint8)
+    assert checked_frame(frame) is frame
+    assert checked_frame([[np.array([1, 2, 3], np.uint8)]]).shape == (1, 1, 3)
+
+
+@pytest.mark.parametrize(
+    "frame, says",
+    [
+        (np.zeros((4, 4), np.uint8), r"not \(4, 4\) uint8; convert it first"),
+        (np.zeros((4, 4, 3)), "not .* float64; convert it first"),
+        (np.zeros((0, 4, 3), np.uint8), "at least one pixel"),
+        (
+            np.zeros((1, LONGEST + 1, 3), np.uint8),
+            "too large; scale it down to at most",
+        ),
+    ],
+)
+def test_what_is_no_frame_is_refused(frame, says):
+    with pytest.raises(ValueError, match=says):
+        checked_frame(frame)
+
+
+def test_a_region_comes_back_as_float64():
+    region = checked_region([50, 40, 0, 20, 10])
+    assert region.dtype == np.float64 and region.tolist() == [50, 40, 0, 20, 10]
+
+
+@pytest.mark.parametrize(
+    "region, says",
+    [
+        ([1, 2, 3, 4], "regions must have the shape"),
+        (np.ones((2, 5)), "one region .* is needed"),
+        ([1, 2, np.nan, 4, 5], "is not finite; give five numbers"),
+        ([1, 2, 0, 0, 5], "has no area; its half axes hx and hy must be positive"),
+        ([1, 2, 0, -4, -5], "has no area"),
+        ([1, 2, 0, 1e-200, 1e-200], "has no area"),
+    ],
+)
+def test_what_is_no_region_is_refused(region, says):
+    with pytest.raises(ValueError, match=says):
+        checked_region(region)
+
+
+def test_an_estimate_that_is_not_finite_is_refused():
+    region = np.array([50.0, 40, 0, 20, 10])
+    assert finite(region) is region
+    with pytest.raises(ValueError, match="the estimate .* is not finite; check the"):
+        finite(region * [1, 1, np.nan, 1, 1])

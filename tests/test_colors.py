@@ -1,0 +1,130 @@
+"""Bins: each colour has one, as the standard library would say, and bad ones refuse."""
+
+import colorsys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mkt.colors import BinImage, ColorBins, JointHSV
+
+BINS = [
+    ColorBins(),
+    ColorBins("hsv", (8, 8, 8)),
+    ColorBins("rgb"),
+    ColorBins("rgb", (4, 5, 6)),
+    ColorBins("hs"),
+]
+
+
+def label(bins, color):
+    """The bin of one colour (r, g, b)."""
+    return bins(np.array([[color]], np.uint8)).labels[0, 0]
+
+
+@pytest.mark.parametrize("bins", BINS, ids=str)
+def test_bins_cover_their_range_and_nothing_else(bins):
+    steps = np.arange(0, 256, 5, dtype=np.uint8)
+    colours = np.stack(np.meshgrid(steps, steps, steps), -1).reshape(52, -1, 3)
+    labels = bins(colours).labels
+    # Ten steps of saturation, of which the first is all grey.
+    lowest = 1 if bins == ColorBins() else 0
+    assert labels.min() == lowest and labels.max() == bins.m - 1
+    assert labels.dtype == bins.dtype
+
+
+def test_grey_and_dark_pixels_go_to_value_bins():
+    bins = ColorBins()
+    grey = np.repeat(np.arange(256, dtype=np.uint8)[:, None], 3, 1)[None]
+    assert (bins(grey).labels == 100 + np.arange(256) * 10 // 256).all()
+    assert label(bins, [40, 0, 0]) >= 100  # V = .16: too dark for its hue to mean much
+    assert label(bins, [200, 20, 30]) < 100
+
+
+@given(st.tuples(*[st.integers(0, 255)] * 3))
+def test_hsv_bins_follow_the_standard_library(rgb):
+    h, s, v = colorsys.rgb_to_hsv(*(c / 255 for c in rgb))
+    steps = np.array([10 * h, 10 * s, 10 * v])
+    on_a_border = np.abs(steps - np.round(steps)).min() <= 0.1
+    if on_a_border or abs(s - 0.1) <= 0.02 or abs(v - 0.2) <= 0.02:
+        return
+    hue, saturation, value = steps.astype(int)
+    colourful = s > 0.1 and v > 0.2
+    expected = 10 * hue + saturation if colourful else 100 + value
+    assert label(ColorBins(), rgb) == expected
+
+
+def test_rgb_bins_are_joint():
+    assert label(ColorBins("rgb"), [255, 0, 32]) == 7 * 64 + 0 * 8 + 1
+
+
+@given(st.tuples(*[st.integers(0, 255)] * 3))
+def test_joint_bins_count_hue_saturation_and_value_together(rgb):
+    h, s, v = colorsys.rgb_to_hsv(*(c / 255 for c in rgb))
+    steps = np.array([8 * h, 8 * s, 4 * v])
+    if np.abs(steps - np.round(steps)).min() > 0.1:
+        hue, saturation, value = steps.astype(int)
+        assert label(JointHSV(), rgb) == (8 * hue + saturation) * 4 + value
+
+
+@pytest.mark.parametrize("bins", [*BINS, JointHSV()], ids=str)
+def test_an_image_knows_its_number_of_bins(bins):
+    image = bins(np.zeros((4, 6, 3), np.uint8))
+    assert image.m == bins.m and image.shape == image.labels.shape == (4, 6)
+
+
+def test_numbers_beyond_the_bins_are_refused():
+    """They would be counted in foreign memory."""
+    labels = np.array([[0, 9]], np.uint8)
+    assert BinImage(labels, 10).m == 10
+    for m in (9, 1, 0, -1):
+        with pytest.raises(ValueError, match=f"m is {m}, .* up to 9.*; give the m of"):
+            BinImage(labels, m)
+    with pytest.raises(ValueError, match="m is 256, .* as uint8"):
+        BinImage(labels, 256)  # no number is left for what lies outside
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [
+        np.zeros((4, 4, 3), np.uint8),
+        np.zeros((4, 4), int),
+        np.zeros((4, 4)),
+        np.zeros((0, 4), np.uint8),
+        [[0, 1]],
+    ],
+    ids=["a frame", "long numbers", "fractions", "nothing", "a list"],
+)
+def test_what_is_no_image_of_bins_is_refused(labels):
+    with pytest.raises(ValueError, match="labels must be .* with ColorBins"):
+        BinImage(labels, 2)
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        np.zeros((4, 4), np.uint8),
+        np.zeros((4, 4, 4), np.uint8),
+        np.zeros((4, 4, 3), np.uint16),
+    ],
+)
+def test_wrong_frames_are_refused(frame):
+    with pytest.raises(ValueError, match="uint8 RGB"):
+        ColorBins()(frame)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"space": "lab"},
+        {"counts": (3, 3)},
+        {"counts": (0, 1, 1)},
+        {"space": "rgb", "counts": (64, 64, 64)},
+        {"s_min": 1.5},
+        {"v_min": -0.1},
+    ],
+)
+def test_bad_bins_are_named(arguments):
+    with pytest.raises(ValueError, match=list(arguments)[-1]):
+        ColorBins(**arguments)

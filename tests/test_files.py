@@ -1,0 +1,78 @@
+"""What has its name is on the disk: a power cut leaves the old file or the new one."""
+
+import os
+import stat
+
+import pytest
+
+from mkt.files import DataError, existing_file, existing_folder, whole
+
+POSIX = os.name == "posix"
+
+
+@pytest.fixture
+def order(monkeypatch):
+    """What the system is asked for, in its order."""
+    done = []
+    flush, move = os.fsync, os.replace
+
+    def fsync(descriptor):
+        is_folder = stat.S_ISDIR(os.fstat(descriptor).st_mode)
+        done.append("folder" if is_folder else "content")
+        flush(descriptor)
+
+    def replace(*paths):
+        done.append("name")
+        move(*paths)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    monkeypatch.setattr(os, "replace", replace)
+    return done
+
+
+def test_the_content_is_on_the_disk_before_the_name_and_the_folder_after_it(
+    tmp_path, order
+):
+    with whole(tmp_path / "a.txt") as half:
+        half.write_text("new")
+    assert order == ["content", "name", *(["folder"] if POSIX else [])]
+    assert (tmp_path / "a.txt").read_text() == "new"
+
+
+def test_what_does_not_reach_the_disk_leaves_the_old_file(tmp_path, monkeypatch):
+    def full(descriptor):
+        raise OSError(28, "No space left on device")
+
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match=r"a\.txt cannot be written: No space left"):
+        with whole(path) as half:
+            half.write_text("new")
+    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(not POSIX, reason="folders are not flushed elsewhere")
+def test_a_drive_that_cannot_flush_folders_is_good_enough(tmp_path, monkeypatch):
+    flush = os.fsync
+
+    def fsync(descriptor):
+        if stat.S_ISDIR(os.fstat(descriptor).st_mode):
+            raise OSError(22, "Invalid argument")
+        flush(descriptor)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    with whole(tmp_path / "a.txt") as half:
+        half.write_text("new")
+    assert (tmp_path / "a.txt").read_text() == "new"
+
+
+def test_existing_paths_may_begin_at_home(tmp_path, monkeypatch):
+    (tmp_path / "a.txt").write_text("")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    assert existing_file("~/a.txt") == tmp_path / "a.txt"
+    assert existing_folder("~") == tmp_path
+    for check, path in ((existing_file, "~"), (existing_folder, "~/a.txt")):
+        with pytest.raises(DataError, match="no such .*; check the spelling, or give"):
+            check(path)

@@ -1,0 +1,103 @@
+"""The package's own names: `import mkt` loads nothing, and each name what it needs."""
+
+import importlib
+import subprocess
+import sys
+from types import ModuleType
+
+import pytest
+
+import mkt
+from mkt.files import ROOT
+
+WINGS = (
+    "trackers",
+    "scenes",
+    "sequences",
+    "servoing",
+    "experiments",
+    "figures",
+    "papers",
+    "own_video",
+    "course",
+)
+LOADED = """
+import sys
+before = set(sys.modules)
+import mkt
+print(*sorted(set(sys.modules) - before))
+"""
+
+
+def printed(code):
+    """What a program prints in a Python of its own."""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_importing_the_package_loads_nothing_else():
+    loaded = set(printed(LOADED).split())
+    assert "mkt" in loaded
+    assert {name for name in loaded if name.startswith("mkt")} == {"mkt"}
+    packages = {name.partition(".")[0] for name in loaded - {"mkt"}}
+    assert packages <= sys.stdlib_module_names
+
+
+@pytest.mark.parametrize("name", mkt.NAMES)
+def test_every_name_is_that_of_its_module(name):
+    home = importlib.import_module(mkt.NAMES[name])
+    assert getattr(mkt, name) is getattr(home, name)
+    assert name in dir(mkt)
+
+
+def test_names_are_completed_before_they_are_loaded():
+    assert printed("import mkt; print({*mkt.NAMES} <= {*dir(mkt)})") == "True\n"
+
+
+@pytest.mark.parametrize("name", ["Nonsense", "no_such_module", "__wrapped__"])
+def test_an_unknown_name_is_an_attribute_error_in_a_sentence(name):
+    said = f"module 'mkt' has no attribute '{name}'"
+    with pytest.raises(AttributeError, match=said):
+        getattr(mkt, name)
+    with pytest.raises(ImportError, match=f"cannot import name '{name}' from 'mkt'"):
+        exec(f"from mkt import {name}")
+    assert not hasattr(mkt, name)
+
+
+def test_a_package_that_is_missing_is_not_taken_for_a_wrong_name():
+    code = (
+        "import sys; sys.modules['numpy'] = None\n"
+        "import mkt\n"
+        "try:\n"
+        "    mkt.SSD\n"
+        "except ModuleNotFoundError as error:\n"
+        "    print(error.name)\n"
+    )
+    assert printed(code) == "numpy\n"
+
+
+def test_names_can_be_imported_from_the_package():
+    from mkt import SSD, track
+    from mkt.trackers import ssd
+    from mkt.tracking import track as its_own
+
+    assert SSD is ssd.SSD and track is its_own
+
+
+def test_a_name_is_there_without_its_module_having_been_imported():
+    code = "from mkt import SSD, track; print(SSD().iterations, track.__module__)"
+    assert printed(code) == "10 mkt.tracking\n"
+
+
+@pytest.mark.parametrize("name", [*WINGS, "tracking", "regions"])
+def test_wings_and_modules_resolve(name):
+    module = getattr(mkt, name)
+    assert isinstance(module, ModuleType) and module.__name__ == f"mkt.{name}"
+    assert printed(f"import mkt; print(mkt.{name}.__name__)") == f"mkt.{name}\n"

@@ -1,0 +1,80 @@
+"""Names are found, refused twice, and told when there is no such thing."""
+
+import pickle
+
+import pytest
+
+from mkt.registry import Registry, import_all, natural
+
+
+def filled(*names, **options):
+    registry = Registry("thing", **options)
+    for name in names:
+        registry.add(name, name.upper())
+    return registry
+
+
+def test_a_registry_is_a_mapping_in_the_order_of_registration():
+    things = filled("b", "a")
+    assert dict(things) == {"b": "B", "a": "A"} and list(things) == ["b", "a"]
+    assert len(things) == 2 and "a" in things and "c" not in things
+    assert things.get("c") is None
+
+
+def test_an_order_sorts_the_names():
+    assert list(filled("fig10", "fig2", order=natural)) == ["fig2", "fig10"]
+
+
+def test_the_decorator_gives_the_function_back():
+    things = Registry("thing")
+
+    @things.register("one")
+    def one():
+        return 1
+
+    assert one() == 1 and things["one"] is one
+
+
+def test_a_name_cannot_be_taken_twice():
+    with pytest.raises(ValueError, match="thing a: registered twice"):
+        filled("a", "a")
+
+
+@pytest.mark.parametrize(
+    "name, says",
+    [
+        ("fig44", "no thing 'fig44', perhaps t.fig4.*; there are t.fig4, t.bear"),
+        ("bear", "no thing 'bear', perhaps t.bear?; there are t.fig4, t.bear"),
+        ("xyz", "no thing 'xyz'; there are t.fig4, t.bear"),
+    ],
+)
+def test_an_unknown_name_is_told_with_similar_ones_and_all_of_them(name, says):
+    things = filled("t.fig4", "t.bear")
+    with pytest.raises(ValueError, match=says.replace("?", r"\?")) as caught:
+        things[name]
+    assert isinstance(caught.value, KeyError)  # what a Mapping raises
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_modules_are_imported_when_somebody_asks_and_not_before(tmp_path, monkeypatch):
+    package = tmp_path / "shelf"
+    (package / "deep").mkdir(parents=True)
+    adds = "from shelf import things\nthings.add(__name__, 1)\n"
+    registry = (
+        "from mkt.registry import Registry\nthings = Registry('thing', 'shelf')\n"
+    )
+    (package / "__init__.py").write_text(registry)
+    (package / "one.py").write_text(adds)
+    (package / "deep" / "__init__.py").write_text("")
+    (package / "deep" / "two.py").write_text(adds)
+    monkeypatch.syspath_prepend(tmp_path)
+    import shelf
+
+    assert shelf.things._entries == {}
+    assert set(shelf.things) == {"shelf.one", "shelf.deep.two"}
+    import_all("shelf")  # once more is harmless
+
+
+def test_natural_order_is_that_of_people():
+    names = ["fig10", "a.fig2", "fig2", "10", "fig2b", "9"]
+    assert sorted(names, key=natural) == ["9", "10", "a.fig2", "fig2", "fig2b", "fig10"]

@@ -1,0 +1,51 @@
+"""How the code is written: ruff and basedpyright find nothing, no function is long."""
+
+import ast
+import statistics
+import subprocess
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+from mkt.files import PACKAGE, ROOT
+
+SCRIPTS = Path(sysconfig.get_path("scripts"))
+LONGEST, USUAL = 45, 8  # lines of a function's body: at most, and in the median
+TENTH = 25  # lines that one body in ten may exceed
+CHECKS = {
+    "ruff check": ["ruff", "check", "--no-cache", "mkt", "tests", "notebooks"],
+    "ruff format": ["ruff", "format", "--no-cache", "--check", "."],
+    "basedpyright": ["basedpyright", "--warnings"],
+}
+
+
+@pytest.mark.parametrize("words", CHECKS.values(), ids=CHECKS)
+def test_the_tools_find_nothing(words):
+    program, *rest = words
+    done = subprocess.run(
+        [SCRIPTS / program, *rest],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def bodies():
+    """How many lines the body of each function of the package has, by its name."""
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+                code = node.body[ast.get_docstring(node) is not None :]
+                lines = node.end_lineno - code[0].lineno + 1 if code else 0
+                yield f"{path.stem}.{node.name}", lines
+
+
+def test_functions_are_short():
+    lengths = dict(sorted(bodies(), key=lambda body: body[1]))
+    name, most = list(lengths.items())[-1]
+    assert most <= LONGEST, name
+    assert statistics.median(lengths.values()) <= USUAL
+    assert statistics.quantiles(lengths.values(), n=10)[-1] <= TENTH

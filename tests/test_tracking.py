@@ -1,0 +1,137 @@
+"""A track is columns of one length, whatever the tracker says, and when it says it."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from mkt.tracking import LARGE, Sequence, follow, report, track
+
+LENGTH = 6
+START = np.array([20.0, 15.0, 0.0, 8.0, 6.0])
+
+
+def clip(length=LENGTH):
+    """A `Sequence` of black frames whose target does not move."""
+    frames = np.zeros((length, 30, 40, 3), np.uint8)
+    return Sequence("black", frames, np.tile(START, (length, 1)), np.ones(length))
+
+
+class Walking(NamedTuple):
+    """A tracker that goes a random step a frame, and says all that one can say."""
+
+    n: int = 3
+
+    def init(self, frame, region, rng):
+        return region
+
+    def step(self, state, frame, rng):
+        state = state + [*rng.normal(size=2), 0, 0, 0]
+        particles = np.tile(state, (self.n, 1))
+        info = report(
+            state,
+            0.25,
+            state[0] > START[0],
+            self.n,
+            covariance=np.eye(5),
+            particles=particles,
+            weights=np.full(self.n, 1 / self.n),
+            model=np.ones((2, 4)),
+            regime="walking",
+        )
+        return state, info
+
+
+def columns(result):
+    """All columns of a track, by their names."""
+    return {"region": result.regions, "score": result.score, "lost": result.lost} | (
+        result.info
+    )
+
+
+@pytest.mark.parametrize("keep", [(), LARGE])
+def test_all_columns_have_the_length_of_the_sequence(keep):
+    result = track(Walking(), clip(), keep=keep)
+    for name, column in columns(result).items():
+        assert isinstance(column, np.ndarray), name
+        assert len(column) == LENGTH, name
+    assert result.regions.shape == (LENGTH, 5)
+    assert result.info["covariance"].shape == (LENGTH, 5, 5)
+
+
+def test_frame_0_is_the_start_and_nothing_that_a_step_makes():
+    result = track(Walking(), clip(), keep=LARGE)
+    assert (result.regions[0] == START).all()
+    assert result.score[0] == 1 and not result.lost[0] and result.lost.dtype == bool
+    assert result.info.pop("regime").tolist() == ["", *["walking"] * (LENGTH - 1)]
+    for name, column in result.info.items():
+        assert np.isnan(column[0]).all(), name
+        assert np.isfinite(column[1:]).all(), name
+
+
+def test_large_entries_are_kept_where_they_are_asked_for():
+    assert not set(LARGE) & set(track(Walking(), clip()).info)
+    for name in LARGE:
+        info = track(Walking(), clip(), keep=[name]).info
+        assert set(LARGE) & set(info) == {name}
+    particles = track(Walking(7), clip(), keep=LARGE).info["particles"]
+    assert particles.shape == (LENGTH, 7, 5)
+
+
+def test_the_score_is_the_likelihood_of_the_distance():
+    result = track(Walking(), clip())
+    assert result.info["distance"][1:] == pytest.approx(0.25)
+    assert result.score[1:] == pytest.approx(np.exp(-20 / 16))
+
+
+def test_progress_is_told_after_every_frame():
+    told = []
+
+    def progress(done, total):
+        told.append((done, total))
+
+    track(Walking(), clip(), progress=progress)
+    assert told == [(k, LENGTH) for k in range(2, LENGTH + 1)]
+
+
+def test_the_seed_is_the_run():
+    first, again, other = (track(Walking(), clip(), seed) for seed in (1, 1, 2))
+    assert (first.regions == again.regions).all()
+    assert (first.regions[1:] != other.regions[1:]).any()
+
+
+def test_a_start_can_be_given_and_is_asked_for():
+    elsewhere = START + [5, 0, 0, 0, 0]
+    assert (track(Walking(), clip(), start=elsewhere).regions[0] == elsewhere).all()
+    untrue = clip()
+    untrue.truth[0] = np.nan
+    with pytest.raises(ValueError, match="black: the first frame has no true region;"):
+        track(Walking(), untrue)
+
+
+def test_a_sequence_of_one_frame_is_a_track_of_one_region():
+    result = track(Walking(), clip(1))
+    assert result.regions.shape == (1, 5) and result.info == {}
+
+
+def test_follow_looks_at_a_frame_when_it_is_asked_for():
+    """Nothing is kept, so a long video takes no more memory than a short one."""
+    shown = []
+
+    class Frames(list):
+        def __iter__(self):
+            for k, frame in enumerate(super().__iter__()):
+                shown.append(k)
+                yield frame
+
+    lazy = replace(clip(), frames=Frames(clip().frames))
+    infos = follow(Walking(), lazy)
+    assert (next(infos)["region"] == START).all() and shown == [0]
+    assert set(next(infos)) > {"region", "score", "lost", "distance", "evaluations"}
+    assert shown == [0, 1]
+
+
+def test_an_estimate_that_is_not_finite_ends_the_run():
+    with pytest.raises(ValueError, match="the estimate .* is not finite"):
+        report(np.full(5, np.nan), 0.0, False, 1)

@@ -1,0 +1,121 @@
+"""Gains that follow the light and nothing else; and what the guided tracker reports."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mkt.colors import ColorBins
+from mkt.histograms import learn
+from mkt.kernels import Kernels
+from mkt.regions import displaced
+from mkt.scenes.rendering import Layer, Scene
+from mkt.trackers.gains import BOUNDS, first_light, followed, relit
+from mkt.trackers.guided import FULL_GRID, Guided
+
+BINS = ColorBins()
+CAR = Layer("car", 80.0, ((0.0, 159.5, 119.5, 0.2, 1.0),))
+SPECIFICATION = Scene(CAR, length=30)
+
+
+def begin(scene=SPECIFICATION):
+    clip = scene.sequence()
+    frame, region = clip.frames[0], clip.truth[0]
+    target = learn(BINS(frame), region, Kernels("3x3"))
+    return clip, first_light(target, BINS, frame, region)
+
+
+def follow_on_the_truth(clip, light):
+    for frame, region in zip(clip.frames, clip.truth, strict=True):
+        light = followed(light, frame, region)
+    return light
+
+
+@given(st.integers(0, 255), st.floats(0.3, 3))
+def test_a_gain_is_divided_out(value, gain):
+    pixels = np.full((1, 1, 3), value, np.uint8)
+    assert (relit(pixels, np.ones(3)) == value).all()
+    relit_value = int(relit(pixels, np.full(3, gain))[0, 0, 0])
+    assert abs(relit_value - min(value / gain, 255)) <= 1
+
+
+@pytest.mark.parametrize("gains", [(0.6, 0.6, 0.6), (0.75, 0.9, 1.1)])
+def test_finds_the_gains_of_a_new_light(gains):
+    """Within 7 % after 29 frames under another light, at the true place."""
+    change = ((0.0, 1.0, 1.0, 1.0), (1.0, *gains))
+    light = follow_on_the_truth(*begin(replace(SPECIFICATION, light=change)))
+    assert np.abs(np.log(light.gains / gains)).max() < 0.07
+
+
+def test_stays_when_the_light_stays():
+    light = follow_on_the_truth(*begin())
+    assert np.abs(np.log(light.gains)).max() < 0.05
+
+
+def test_does_not_take_the_background_for_the_object():
+    """Beside the object no gains make the background look like it.
+
+    The reference stays, and the likeness there stays low.
+    """
+    clip, light = begin()
+    beside = displaced(clip.truth[0], 100, 60)
+    for frame in clip.frames:
+        light = followed(light, frame, beside)
+    image = BINS(relit(clip.frames[0], light.gains))
+    there, here = light.target.distances(image, np.stack([beside, clip.truth[0]]))
+    assert (light.gains >= BOUNDS[0]).all() and (light.gains <= BOUNDS[1]).all()
+    assert here < there
+
+
+def steps(tracker, scene, seed=0):
+    """The state before each step, the frame, the state after it and the info."""
+    clip, rng = scene.sequence(), np.random.default_rng(seed)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    for frame in clip.frames[1:]:
+        before = state
+        state, info = tracker.step(state, frame, rng)
+        yield before, frame, state, info
+
+
+def behind_gravel():
+    wall = ((0.0, -1840.0, 120.0, 0.0, 1.0), (20.0, 1160.0, 120.0, 0.0, 1.0))
+    front = (Layer("gravel", 900.0, wall),)
+    return replace(SPECIFICATION, length=14, front=front, shutter=0.0)
+
+
+def test_the_distance_is_that_of_the_region_under_the_last_fine_kernels():
+    """In the frame as the tracker saw it: relit by the gains of the frame before."""
+    said = set()
+    for before, frame, _, info in steps(Guided(n=50), behind_gravel()):
+        image = Guided().bins(relit(frame, before.light.gains))
+        expected = float(before.targets[-1].distances(image, info["region"]))
+        assert info["distance"] == pytest.approx(expected, abs=1e-3)
+        said.add(info["lost"])
+    assert said == {True, False}
+
+
+def test_particles_that_are_reported_are_those_that_were_weighed():
+    """Those that begin anew at the estimate do so after the report."""
+    tracker = Guided(n=50, renewed=1.0)
+    for _, _, after, info in steps(tracker, replace(SPECIFICATION, length=3)):
+        assert (after.particles.regions == info["region"]).all()
+        assert np.ptp(info["particles"][:, 0]) > 1
+
+
+def test_the_cost_is_in_regions_looked_at_with_the_full_grid():
+    tracker = Guided(n=50)
+    for _, _, after, info in steps(tracker, replace(SPECIFICATION, length=4)):
+        coarse, closest = after.targets[0].kernels, after.targets[-1].kernels
+        samples = 50 * len(coarse.points) + info["steps"] * len(closest.points)
+        assert info["evaluations"] == pytest.approx(samples / FULL_GRID)
+
+
+@pytest.mark.parametrize("lost_above, lost", [(2.0, False), (-1.0, True)])
+def test_while_it_is_lost_no_particle_comes_back(lost_above, lost):
+    tracker = Guided(n=50, renewed=1.0, lost_above=lost_above)
+    for _, _, after, info in steps(tracker, replace(SPECIFICATION, length=4)):
+        assert info["lost"] == lost
+        anew = (after.particles.regions == info["region"]).all()
+        assert anew == (not lost)
