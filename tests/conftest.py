@@ -3,10 +3,15 @@
 from contextlib import contextmanager
 
 import pytest
+from hypothesis import settings
 
 from mkt.course import book
 from mkt.course.book import contents, execute
 from tests import made_up
+
+# A busy machine is no fault of the code: no test has a time limit for each example.
+settings.register_profile("patient")
+settings.load_profile("patient")
 
 OF_THE_SITE = ("test_book.py", "test_pages.py")
 

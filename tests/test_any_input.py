@@ -37,7 +37,7 @@ GOOD = np.array([31.5, 23.5, 0.1, 12.0, 9.0])
 BLOCKS = np.random.default_rng(0).integers(0, 256, (6, 8, 3), np.uint8)
 BLOCKS = BLOCKS.repeat(8, 0).repeat(8, 1)
 FEW = settings(
-    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+    max_examples=20, suppress_health_check=[HealthCheck.too_slow]
 )
 MOVING = (  # what of a state a step changes
     "region",
@@ -167,7 +167,7 @@ def test_frames_that_change_their_size(name, data):
 
 
 @pytest.mark.parametrize("name", by_name.TRACKERS)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(region=ANYWHERE)
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_regions_of_any_numbers(name, region):
@@ -291,7 +291,7 @@ def test_a_draw_next_to_one_finds_a_particle(scheme):
 LABELS = ColorBins()(BLOCKS).labels
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(ANYWHERE, max_size=4),
     st.sampled_from(LAYOUTS),

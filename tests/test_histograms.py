@@ -48,7 +48,7 @@ def nearly_on_a_pixel_border(kernels, region):
     return np.mean(np.abs(np.abs(warp(region, kernels.points) % 1 - 0.5)) < 1e-3)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     frames(),
     regions(),
@@ -69,7 +69,7 @@ def test_histograms_equal_the_reference(frame, region, layout, profile, elliptic
     assert np.abs(computed - expected).sum(-1).max() <= 1e-5 + 60 * borderline
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     frames(),
     regions(),
@@ -88,7 +88,6 @@ def test_each_sums_to_one_or_sees_nothing(frame, region, layout, profile, bins):
     assert np.isfinite(d).all() and (0 <= d).all() and (d <= 1).all()
 
 
-@settings(deadline=None)
 @given(frames(), st.integers(-9, 9), st.integers(-9, 9), st.floats(-3, 3))
 def test_moving_image_and_region_together_changes_nothing(frame, dx, dy, theta):
     kernels, bins = Kernels(samples=400, aspect=1.0), ColorBins()

@@ -28,7 +28,7 @@ AXES = {6: (0, 1, 2, 3, 4, 5), 4: (0, 1, 2, 5)}
 class AdaptiveGain:
     """A gain [1/s], large near the goal and small far from it.
 
-    So the camera is quick in the end without being too fast at the start:
+    So the camera is quick in the end without being too fast at the start::
 
         gain(e) = (near - far) exp(-slope |e| / (near - far)) + far,
 

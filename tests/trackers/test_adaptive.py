@@ -87,7 +87,7 @@ def ellipses_of(seed, n=3):
     return np.column_stack([places, np.zeros(n), rng.uniform(0.5, 40, (n, 2))])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(frames(), st.integers(0, 2**32 - 1), st.sampled_from([100, 400, 1200]))
 def test_mixed_histograms_have_the_printed_radius(frame, seed, samples):
     disc, image, regions = Disc(samples=samples), ColorBins()(frame), ellipses_of(seed)
