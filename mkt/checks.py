@@ -11,6 +11,7 @@ import numpy as np
 from mkt.regions import HX, HY, as_regions
 from mkt.types import ArrayLike, Frame, Region
 
+HUGE = 1e9  # px: squares of half axes beyond it lose the digits that count
 LONGEST = 32_766  # px a side, and samples: cv2.remap counts with 16 bits and a sign
 
 
@@ -89,7 +90,7 @@ def checked_region(region: ArrayLike) -> Region:
     Raises
     ------
     ValueError
-        Where it is not one region, is not finite, or has no area.
+        Where it is not one region, is not finite, has no area, or is absurdly large.
     """
     region = as_regions(region)
     if region.shape != (5,):
@@ -106,6 +107,11 @@ def checked_region(region: ArrayLike) -> Region:
     if min(*region[HX:], region[HX] * region[HY]) <= 0:
         raise ValueError(
             f"the region {region} has no area; its half axes hx and hy must be positive"
+        )
+    if max(region[HX:]) > HUGE:
+        raise ValueError(
+            f"the region {region} is larger than any image; "
+            "give its half axes hx and hy in pixels"
         )
     return region
 

@@ -1,5 +1,6 @@
 """What several files of tests share: the executed notebooks and the site of them."""
 
+import re
 from contextlib import contextmanager
 
 import pytest
@@ -14,20 +15,44 @@ settings.register_profile("patient")
 settings.load_profile("patient")
 
 OF_THE_SITE = ("test_book.py", "test_pages.py")
+# Their tests show figures, whose runs are known once the site is there.
+SHOWN_AGAIN = ("test_jupyterlab.py", "test_every_figure.py")
+
+
+def pytest_configure(config):
+    """Long ones first: the order below is the order in which tests are handed out."""
+    config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items):
+    """The site first, then all that is apart from it, then what finds its runs."""
+
+    def turn(item):
+        name = item.path.name
+        return 0 if name in OF_THE_SITE else 2 if name in SHOWN_AGAIN else 1
+
+    items.sort(key=turn)
+    for item in items:
+        if {"site", "notebooks"} & set(item.fixturenames):
+            item.add_marker("slow")
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """The tests of one file share its costly results, so they run in one worker.
 
-    So do the files that share the site.
+    So do the files that share the site.  Chapters and figures are apart from another.
     """
     from xdist.scheduler import LoadScopeScheduling
 
     class ByFile(LoadScopeScheduling):
         def _split_scope(self, nodeid):
-            file = nodeid.split("::")[0]
-            return "site" if file.endswith(OF_THE_SITE) else file
+            file, _, test = nodeid.partition("::")
+            if file.endswith(OF_THE_SITE):
+                return "site"
+            if file.endswith(SHOWN_AGAIN):
+                return file + re.split(r"[\[\]-]", test + "[")[1]
+            return file
 
     return ByFile(config, log)
 

@@ -36,9 +36,7 @@ LAYOUTS_IN_MEMORY = {
 GOOD = np.array([31.5, 23.5, 0.1, 12.0, 9.0])
 BLOCKS = np.random.default_rng(0).integers(0, 256, (6, 8, 3), np.uint8)
 BLOCKS = BLOCKS.repeat(8, 0).repeat(8, 1)
-FEW = settings(
-    max_examples=20, suppress_health_check=[HealthCheck.too_slow]
-)
+FEW = settings(max_examples=20, suppress_health_check=[HealthCheck.too_slow])
 MOVING = (  # what of a state a step changes
     "region",
     "estimate",
@@ -181,6 +179,7 @@ def test_regions_of_any_numbers(name, region):
         ([500, 500, 0, 12, 9], "outside"),
         ([31, 23, 0, 0, 9], "has no area"),
         ([31, 23, 0, -12, -9], "has no area"),
+        ([31, 23, 0, 12, 2e154], "larger than any image"),
         ([np.nan] * 5, "is not finite"),
         ([31, 23, np.nan, 12, 9], "is not finite"),
         ([31, 23, 12, 9], r"the shape \(..., 5\)"),

@@ -28,6 +28,8 @@ from mkt.sequences.writing import CODECS
 from mkt.trackers.ssd import SSD
 from mkt.tracking import Sequence
 
+pytestmark = pytest.mark.slow
+
 # Each job has a scene of its own, for the jobs on one scene are kept together.  From 10
 # on their names are in the order of their numbers, which is that of the runs.
 JOBS = [Job("ssd", SSD(), Drawn("base", 10 + seed), seed) for seed in range(25)]

@@ -13,14 +13,21 @@ from mkt.files import PACKAGE, ROOT
 SCRIPTS = Path(sysconfig.get_path("scripts"))
 LONGEST, USUAL = 45, 8  # lines of a function's body: at most, and in the median
 TENTH = 25  # lines that one body in ten may exceed
+PYRIGHT = "basedpyright"  # takes ten seconds
 CHECKS = {
     "ruff check": ["ruff", "check", "--no-cache", "mkt", "tests", "notebooks"],
     "ruff format": ["ruff", "format", "--no-cache", "--check", "."],
-    "basedpyright": ["basedpyright", "--warnings"],
+    PYRIGHT: ["basedpyright", "--warnings"],
 }
 
 
-@pytest.mark.parametrize("words", CHECKS.values(), ids=CHECKS)
+@pytest.mark.parametrize(
+    "words",
+    [
+        pytest.param(words, id=name, marks=[pytest.mark.slow] * (name == PYRIGHT))
+        for name, words in CHECKS.items()
+    ],
+)
 def test_the_tools_find_nothing(words):
     program, *rest = words
     done = subprocess.run(

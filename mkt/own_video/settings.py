@@ -17,16 +17,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from mkt import tracking
 from mkt.files import DataError, existing_file, whole
-from mkt.regions import from_box, to_box
+from mkt.own_video.box import region_of
 from mkt.sequences import formats
 from mkt.sequences.video import IMAGES
 from mkt.trackers import by_name
 from mkt.tracking import Tracker
-from mkt.types import Frame, Region
 
 PACKAGES = ("mkt", "numpy", "scipy", "opencv-python-headless")
 AGAIN = "let `python3 -m mkt track` write it again"
@@ -305,48 +302,3 @@ def _refuse_number(name: str, known: Numbers, field_name: str, value: float) -> 
         )
     if type(known[field_name]) is int and value != int(value):
         raise ValueError(f"{field_name} is {value:g}; it must be a whole number")
-
-
-def parse_box(text: str) -> tuple[float, ...]:
-    """The five numbers x, y, w, h, angle of "x,y,w,h" or "x,y,w,h,angle".
-
-    Raises
-    ------
-    ValueError
-        With the remedy.
-    """
-    try:
-        box = [float(word) for word in text.split(",")]
-    except ValueError:
-        box = []
-    if len(box) not in (4, 5) or not np.isfinite(box).all():
-        raise ValueError(
-            f"--box {text}: give four or five numbers x,y,w,h[,angle] without spaces, "
-            "such as 120,80,60,40 or 120,80,60,40,30"
-        )
-    return (*box, 0.0)[:5]
-
-
-def region_of(box: Sequence[float], frame: Frame) -> Region:
-    """The region (5,) [px, rad] of a box x, y, w, h, angle [px, deg] in a frame.
-
-    Raises
-    ------
-    ValueError
-        Where the box has no size or lies outside the frame.
-    """
-    text = ",".join(f"{number:g}" for number in box)
-    if min(box[2:4]) <= 0:
-        raise ValueError(
-            f"the box {text}: its width or height is zero or negative; "
-            "give x,y,w,h, not two corners"
-        )
-    region = from_box(box[:4], np.radians(box[4]))
-    x, y, w, h = to_box(region)
-    height, width = frame.shape[:2]
-    if x >= width or y >= height or x + w <= 0 or y + h <= 0:
-        raise ValueError(
-            f"the box {text}: it lies outside the image of {width}x{height} px; "
-            "the upper left corner of the image is 0,0"
-        )
-    return region

@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import cv2
 
 from mkt.figures.film import play
+from mkt.own_video.box import first_box
 from mkt.own_video.overlay import annotated
 from mkt.own_video.settings import settled
 from mkt.sequences.carphone import carphone
-from mkt.tracking import Sequence, follow
+from mkt.tracking import follow
 from mkt.types import Frame
 
 ALT = "A man talks in a moving car; a green outline follows his head through the clip."
@@ -46,17 +47,3 @@ class Finished:
         for k, (frame, info) in enumerate(zip(self.clip.frames, infos, strict=True)):
             picture = annotated(frame, info, f"{k} {settings.tracker}")
             yield cv2.resize(picture, None, fx=ENLARGED, fy=ENLARGED)
-
-
-def first_box(clip: Sequence) -> tuple[int, ...]:
-    """A box to begin with, x, y, w, h, angle in whole pixels.
-
-    It is the head in the clip of the book, elsewhere the middle of the first frame.
-    """
-    book = carphone()
-    if clip.frames.path == book.frames.path:
-        cx, cy, _, hx, hy = book.truth[0]
-        corner = cx - hx + 0.5, cy - hy + 0.5
-        return tuple(round(number) for number in (*corner, 2 * hx, 2 * hy, 0))
-    height, width = clip.frames[0].shape[:2]
-    return round(width / 3), round(height / 3), round(width / 3), round(height / 3), 0

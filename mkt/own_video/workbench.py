@@ -18,11 +18,12 @@ import traitlets
 
 from mkt.figures import is_static
 from mkt.own_video import webcam
+from mkt.own_video.box import first_box, region_of
 from mkt.own_video.box_picker import BoxPicker
 from mkt.own_video.controls import Method, Report, Source
 from mkt.own_video.recording import Recorder, begun
-from mkt.own_video.settings import Settings, region_of, settled
-from mkt.own_video.static import Finished, first_box
+from mkt.own_video.settings import Settings, settled
+from mkt.own_video.static import Finished
 from mkt.sequences.formats import video
 from mkt.tracking import Sequence
 

@@ -10,6 +10,8 @@ import pytest
 from mkt.course.book import contents
 from tests.browser import jupyterlab
 
+pytestmark = pytest.mark.slow
+
 BOOK = contents.read()
 
 

@@ -11,6 +11,8 @@ from axe_playwright_python.sync_playwright import Axe
 from mkt.course.book import contents, pages
 from tests.browser.jupyterlab import PLAYED
 
+pytestmark = pytest.mark.slow
+
 CHAPTERS = [chapter.name for chapter in contents.read().chapters]
 REFERENCE = [
     "index",

@@ -83,11 +83,13 @@ def lost(lab, failures):
 # The labs
 
 
+@pytest.mark.slow
 @each_lab
 def test_the_solution_gets_full_marks_and_every_cell_of_it_runs(lab):
     assert tried(lab)["solved"] == {}
 
 
+@pytest.mark.slow
 @each_lab
 def test_the_empty_lab_gets_no_points_and_every_check_says_that_something_is_not_written(  # noqa: E501
     lab,
@@ -96,6 +98,7 @@ def test_the_empty_lab_gets_no_points_and_every_check_says_that_something_is_not
     assert [mark for mark in given if mark.points or mark.words != UNWRITTEN] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "lab, title", [(lab, title) for lab in LABS for title in wrong_answers(lab)]
 )
@@ -103,6 +106,7 @@ def test_a_typical_wrong_answer_loses_its_points_and_no_others(lab, title):
     assert lost(lab, tried(lab)[title]) == wrong_answers(lab)[title]["loses"]
 
 
+@pytest.mark.slow
 @each_lab
 def test_a_forgotten_return_is_called_that(lab):
     words = {title: tried(lab)[title] for title, _, _ in returning_nothing(LABS[lab])}
@@ -122,6 +126,7 @@ def test_the_teachers_version_says_so_first_and_the_students_does_not(lab):
     assert "teacher's version" not in nbformat.writes(released(LABS[lab]))
 
 
+@pytest.mark.slow
 @each_lab
 def test_the_empty_lab_has_no_faults_outside_its_checks(lab):
     assert marks.faults(LABS[lab], tried(lab)["empty"]) == []
@@ -393,6 +398,7 @@ GOOD_ROW = {
 }
 
 
+@pytest.mark.slow
 def test_grade_goes_through_a_folder_whatever_is_in_it(toy, monkeypatch):
     """Each is graded by itself."""
     monkeypatch.setattr("mkt.course.labs.process.PATIENCE", 3)

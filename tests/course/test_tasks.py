@@ -14,6 +14,8 @@ from mkt.scenes.rendering import Layer, Scene
 from mkt.sequences.writing import video_writer
 from mkt.trackers import by_name
 
+pytestmark = pytest.mark.slow
+
 PAGE = (HERE / "templates" / "tasks.md").read_text(encoding="utf-8")
 LINES = 5  # of a task, at most
 TASKS = [int(number) for number in re.findall(r"^### (\d+)\.", PAGE, re.M)]

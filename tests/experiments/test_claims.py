@@ -201,11 +201,13 @@ def held():
     return {result.claim.name: result for result in results}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["T09-a", "T09-d"])
 def test_what_holds_here(name, held):
     assert held[name].verdict == HOLDS, held[name].lines
 
 
+@pytest.mark.slow
 def test_few_particles_are_less_precise(held):
     """The orientation needs more seeds than these to be told apart for certain."""
     verdicts = [part.verdict for part in held["T09-e"].lines]

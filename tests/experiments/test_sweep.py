@@ -141,6 +141,7 @@ def test_two_sweeps_at_once_leave_whole_rows(kept, done):
     assert rows_in(kept) == list(range(40))
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_rows(tmp_path, monkeypatch):
     from distributed import Client, LocalCluster
 

@@ -12,6 +12,7 @@ import pytest
 
 from mkt.course import cli
 from mkt.files import DataError
+from mkt.own_video.box import parse_box, region_of
 from mkt.own_video.box_picker import BoxPicker
 from mkt.own_video.settings import (
     Settings,
@@ -19,8 +20,6 @@ from mkt.own_video.settings import (
     fingerprint,
     load,
     numbers_of,
-    parse_box,
-    region_of,
     settled,
     with_numbers,
 )

@@ -19,6 +19,8 @@ from mkt.scenes.drawn import Drawn
 from mkt.trackers.by_name import TRACKERS
 from mkt.tracking import Sequence
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(autouse=True)
 def twins_only(monkeypatch):

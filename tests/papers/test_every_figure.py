@@ -14,6 +14,8 @@ from mkt.files import ROOT
 from mkt.registry import UnknownName
 from mkt.scenes.textures import OBJECTS
 
+pytestmark = pytest.mark.slow
+
 NAMES = list(FIGURES)
 INFINITE = "Q / R"  # the last place on its axis is infinity, the raw measurement
 

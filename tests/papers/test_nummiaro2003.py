@@ -12,6 +12,8 @@ from mkt.plotting import new_figure
 from mkt.scenes.nummiaro2003 import PASSES, STUDENTS, TREE, doors, students
 from mkt.trackers.ellipses import Disc
 
+pytestmark = pytest.mark.slow
+
 LISTED = [function for _, functions in steps.STEPS.values() for function in functions]
 
 

@@ -27,8 +27,11 @@ from mkt.plotting import CONTRAST
 from mkt.servoing.features import Camera, interaction_matrix_tilted, moments
 from mkt.servoing.law import AdaptiveGain
 from mkt.servoing.loop import Experiment, Run, Servo, close_loop
+from mkt.servoing.poles import closed_loop, one_feature
 from mkt.servoing.robot import OutOfSight, Workspace
-from mkt.servoing.self_motion import OFF, RAW, Kalman, closed_loop, one_feature
+from mkt.servoing.self_motion import OFF, RAW, Kalman
+
+pytestmark = pytest.mark.slow
 
 METRES = np.sqrt(Workspace().surface)
 

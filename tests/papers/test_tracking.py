@@ -14,6 +14,8 @@ from mkt.plotting import new_figure
 from mkt.scenes.teuliere2009 import fast, hidden
 from mkt.trackers.by_name import TRACKERS
 
+pytestmark = pytest.mark.slow
+
 ROWS = {name: i for i, name in enumerate(COLORS)}
 SCENES = [("car", "workshop", seed) for seed in range(4)] + [
     (*pair, 0)

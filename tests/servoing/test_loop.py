@@ -8,8 +8,9 @@ import pytest
 
 from mkt.servoing.law import AdaptiveGain
 from mkt.servoing.loop import Experiment, Servo, close_loop, view
+from mkt.servoing.poles import closed_loop
 from mkt.servoing.robot import OutOfSight, Workspace, circle, to_and_fro
-from mkt.servoing.self_motion import OFF, RAW, Kalman, closed_loop
+from mkt.servoing.self_motion import OFF, RAW, Kalman
 from mkt.trackers.by_name import get
 from mkt.tracking import report
 
@@ -219,6 +220,7 @@ def test_a_car_taken_away_holds_the_camera():
     assert np.linalg.norm(away.poses[-1, :3, 3] - away.poses[10, :3, 3]) < 0.05
 
 
+@pytest.mark.slow
 def test_a_tracker_in_the_loop_at_5_frames_a_second():
     """T09-i over ten hands and seeds.
 
@@ -241,6 +243,7 @@ def test_a_tracker_in_the_loop_at_5_frames_a_second():
     assert filtered.mean() < 0.2 and filtered.max() < 0.25
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_a_tracker_in_the_loop_at_25_frames_a_second(seed):
     hand = Experiment(

@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 
 from mkt.servoing.features import Camera, interaction_matrix
+from mkt.servoing.poles import closed_loop, one_feature
 from mkt.servoing.self_motion import (
     OFF,
     RAW,
     Kalman,
-    closed_loop,
     measured_self_motion,
-    one_feature,
 )
 
 UNIT = Camera(1.0, (1, 1))  # its pixels are normalised coordinates

@@ -14,6 +14,8 @@ import pytest
 from mkt.regions import from_box
 from mkt.trackers import by_name
 
+pytestmark = pytest.mark.slow
+
 WARM, LENGTH = 150, 1000  # frames, before which caches may still fill; in all
 PERIOD, HIDDEN = 100, 15  # frames; the target is hidden at the end of each period
 

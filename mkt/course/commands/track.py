@@ -117,11 +117,12 @@ def _ask(args) -> int:
 
 def _track(args) -> int | None:
     from mkt.own_video import recording, settings
+    from mkt.own_video.box import parse_box
 
     if args.settings:
         chosen = settings.load(args.settings, args.video)
     else:
-        box, numbers = settings.parse_box(args.box), _particles(args)
+        box, numbers = parse_box(args.box), _particles(args)
         chosen = settings.settled(args.video, box, args.tracker, numbers, args.seed)
     output = _output(args, chosen.video)
     clip, tracker = chosen.sequence(), chosen.configured()

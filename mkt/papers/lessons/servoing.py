@@ -28,8 +28,9 @@ from mkt.plotting import (
 )
 from mkt.servoing.features import interaction_matrix
 from mkt.servoing.loop import Experiment, Run, Servo
+from mkt.servoing.poles import closed_loop, one_feature
 from mkt.servoing.robot import Workspace, move
-from mkt.servoing.self_motion import OFF, RAW, Kalman, closed_loop, one_feature
+from mkt.servoing.self_motion import OFF, RAW, Kalman
 from mkt.types import Array, Frame, NDArray, Region
 
 Poles: TypeAlias = NDArray[np.complexfloating]
@@ -337,7 +338,7 @@ def locus(
     compensation : str
         One of `FILTERS`.
     delay, fps, mismatch
-        As for `mkt.servoing.self_motion.closed_loop`, at so many frames a second.
+        As for `mkt.servoing.poles.closed_loop`, at so many frames a second.
 
     Returns
     -------
@@ -358,7 +359,7 @@ def answer(loop: Any) -> tuple[Array, Array, Array]:
     Parameters
     ----------
     loop : control.StateSpace
-        Of `mkt.servoing.self_motion.closed_loop`.
+        Of `mkt.servoing.poles.closed_loop`.
 
     Returns
     -------

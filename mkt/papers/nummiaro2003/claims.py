@@ -20,7 +20,7 @@ from mkt.histograms import coefficient
 from mkt.papers import runs as kept
 from mkt.regions import as_regions
 from mkt.scenes import nummiaro2003 as stories
-from mkt.scenes.drawn import GROUNDS, ITEMS
+from mkt.scenes.drawn import drawn
 from mkt.scenes.paths import standing
 from mkt.scenes.rendering import Layer, Scene, render
 from mkt.trackers.adaptive import Adaptive
@@ -319,8 +319,8 @@ def _somewhere(seed: int, rng: Rng) -> Scene:
     """One frame, with the item of a seed at a random place before its ground."""
     x, y = rng.uniform([60, 60], [260, 180])
     path = ((0.0, x, y, 0.0, 1.0),)
-    target = Layer(ITEMS[seed % 4], 50.0, path)
-    return Scene(target, GROUNDS[seed // 4 % 4], 1, seed=seed)
+    pair = drawn("base", seed)
+    return Scene(Layer(pair.item, 50.0, path), pair.ground, 1, seed=seed)
 
 
 def _apart(

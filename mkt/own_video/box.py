@@ -1,0 +1,69 @@
+"""The box that is drawn or typed round the target: x, y, w, h, angle [px, deg]."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mkt import tracking
+from mkt.regions import from_box, to_box
+from mkt.sequences.carphone import carphone
+from mkt.types import Frame, Region
+
+
+def parse_box(text: str) -> tuple[float, ...]:
+    """The five numbers x, y, w, h, angle of "x,y,w,h" or "x,y,w,h,angle".
+
+    Raises
+    ------
+    ValueError
+        With the remedy.
+    """
+    try:
+        box = [float(word) for word in text.split(",")]
+    except ValueError:
+        box = []
+    if len(box) not in (4, 5) or not np.isfinite(box).all():
+        raise ValueError(
+            f"--box {text}: give four or five numbers x,y,w,h[,angle] without spaces, "
+            "such as 120,80,60,40 or 120,80,60,40,30"
+        )
+    return (*box, 0.0)[:5]
+
+
+def region_of(box: Sequence[float], frame: Frame) -> Region:
+    """The region (5,) [px, rad] of a box x, y, w, h, angle [px, deg] in a frame.
+
+    Raises
+    ------
+    ValueError
+        Where the box has no size or lies outside the frame.
+    """
+    text = ",".join(f"{number:g}" for number in box)
+    if min(box[2:4]) <= 0:
+        raise ValueError(
+            f"the box {text}: its width or height is zero or negative; "
+            "give x,y,w,h, not two corners"
+        )
+    region = from_box(box[:4], np.radians(box[4]))
+    x, y, w, h = to_box(region)
+    height, width = frame.shape[:2]
+    if x >= width or y >= height or x + w <= 0 or y + h <= 0:
+        raise ValueError(
+            f"the box {text}: it lies outside the image of {width}x{height} px; "
+            "the upper left corner of the image is 0,0"
+        )
+    return region
+
+
+def first_box(clip: tracking.Sequence) -> tuple[int, ...]:
+    """A box to begin with, x, y, w, h, angle in whole pixels.
+
+    It is the head in the clip of the book, elsewhere the middle of the first frame.
+    """
+    book = carphone()
+    if clip.frames.path == book.frames.path:
+        cx, cy, _, hx, hy = book.truth[0]
+        corner = cx - hx + 0.5, cy - hy + 0.5
+        return tuple(round(number) for number in (*corner, 2 * hx, 2 * hy, 0))
+    height, width = clip.frames[0].shape[:2]
+    return round(width / 3), round(height / 3), round(width / 3), round(height / 3), 0
