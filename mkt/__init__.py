@@ -32,18 +32,20 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `~mkt.sequences.formats`, `~mkt.sequences.benchmarks`,
                    `~mkt.sequences.carphone`
 `mkt.servoing`     `~mkt.servoing.features`, `~mkt.servoing.law`,
-                   `~mkt.servoing.self_motion`, `~mkt.servoing.robot`,
-                   `~mkt.servoing.loop`
+                   `~mkt.servoing.self_motion`, `~mkt.servoing.poles`,
+                   `~mkt.servoing.robot`, `~mkt.servoing.loop`
 `mkt.experiments`  `~mkt.experiments.sweep`, `~mkt.experiments.cache`,
                    `~mkt.experiments.statistics`, `~mkt.experiments.timing`,
                    `~mkt.experiments.claims`, `~mkt.experiments.claims_as_text`,
-                   `~mkt.experiments.leaderboard`
+                   `~mkt.experiments.leaderboard`; `~mkt.experiments.shipped`,
+                   what was run for the release
 `mkt.figures`      `~mkt.figures.registry`, `~mkt.figures.panel`,
                    `~mkt.figures.static_panel`, `~mkt.figures.export`,
                    `~mkt.figures.film`
 `mkt.papers`       what is drawn and claimed, a folder for each paper;
                    `~mkt.papers.runs` keeps the runs
-`mkt.own_video`    `~mkt.own_video.settings`, `~mkt.own_video.recording`,
+`mkt.own_video`    `~mkt.own_video.box`, `~mkt.own_video.settings`,
+                   `~mkt.own_video.recording`,
                    `~mkt.own_video.overlay`, `~mkt.own_video.webcam`,
                    `~mkt.own_video.workbench`, `~mkt.own_video.controls`,
                    `~mkt.own_video.box_picker`, `~mkt.own_video.static`
@@ -82,8 +84,9 @@ _PUBLIC = {
         "accuracy errors evaluate overlap overlaps restarted robustness scored_frames "
         "success true_positives"
     ),
-    "mkt.experiments.claims": "judge",
-    "mkt.experiments.statistics": "interval summaries",
+    "mkt.experiments.claims": "judge measure",
+    "mkt.experiments.shipped": "verdicts",
+    "mkt.experiments.statistics": "MEAN MEDIAN PAIRS SHARE interval summaries",
     "mkt.experiments.sweep": "Job jobs sweep write_table",
     "mkt.figures": "explore show",
     "mkt.figures.film": "play",

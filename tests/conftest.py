@@ -8,7 +8,6 @@ from hypothesis import settings
 
 from mkt.course import book
 from mkt.course.book import contents, execute
-from tests import made_up
 
 # A busy machine is no fault of the code: no test has a time limit for each example.
 settings.register_profile("patient")
@@ -66,10 +65,10 @@ def notebooks():
 
 @pytest.fixture(scope="session")
 def site():
-    """The folder of the whole book, with the claims and the boards made up."""
+    """The folder of the whole book."""
     with without_data():
         folder = book.BUILD / "tests"
-        return book.build(folder, made_up.results, made_up.boards).parent
+        return book.build(folder).parent
 
 
 @contextmanager

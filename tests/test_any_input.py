@@ -370,7 +370,6 @@ def test_bins_at_the_limits_are_numbered_within_them(space, counts):
         (lambda: SSD(spans=()), "spans"),
         (lambda: SSD(sizes=(0, 1)), "sizes"),
         (lambda: Guided(n=-3), "n"),
-        (lambda: Guided(fine=()), "fine"),
         (lambda: Guided(steps=0), "steps"),
         (lambda: Adaptive(n=0), "n"),
         (lambda: Adaptive(sigma=0), "sigma"),

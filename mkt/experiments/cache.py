@@ -173,8 +173,16 @@ def code_of(*things: Any) -> str | None:
 
 @functools.lru_cache(maxsize=256)
 def _hash(files: tuple[Path, ...]) -> str:
-    trees = [stripped(path) for path in reachable(files)]
-    return hashlib.sha256("\n".join([*versions(), *trees]).encode()).hexdigest()
+    return hashlib.sha256("\n".join([*versions(), *_trees(files)]).encode()).hexdigest()
+
+
+def state(files: Iterable[Path]) -> str:
+    """A short hash of the code that files reach, whatever the versions of packages."""
+    return hashlib.sha256("\n".join(_trees(files)).encode()).hexdigest()[:16]
+
+
+def _trees(files: Iterable[Path]) -> list[str]:
+    return [stripped(path) for path in reachable(files)]
 
 
 def versions() -> list[str]:

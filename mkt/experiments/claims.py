@@ -1,4 +1,4 @@
-"""What the papers say in words, put to the test over seeds.
+"""What the papers say in words, put to the test over scenes.
 
 Each claim has its numbers, and a verdict by a rule laid down beforehand.
 
@@ -8,42 +8,49 @@ the keyword arguments say which trackers are to be run on which kind of scene.  
 function gets the numbers of all these runs and returns its parts, each with the bound
 that the claim sets it.
 
-**The rule.**  A part *holds* when its whole 95 % bootstrap interval lies beyond the
-bound, on the claimed side; it *holds in part* when only its value does; else it *does
-not hold here*, and neither does one that equals the bound or could not be measured.  A
-claim holds when all of its parts hold, does not when none of them does, even in part,
-and holds in part otherwise.  The bounds stand beside the parts in the source, written
-before the runs, and no claim that fails is tuned away.
+**The rule.**  A part is *supported* when the test of `mkt.experiments.statistics` for
+its kind of number says so at 2.5 % on one side, after Holm's correction over the parts
+of the claim, and *contradicted* when the test of the other side does.  What is neither
+is a *tie* when the whole 95 % interval lies within a margin of equality that the part
+names, and else *inconclusive*.  A claim stands only if all of its parts do: it has the
+verdict of the worst of them, contradicted before inconclusive before tie.  Parts that
+the paper did not write (`ours`), and those that are true whatever happens, are shown
+but have no say.  The bounds stand beside the parts in the source, written before the
+runs, and no claim that fails is tuned away.
 
-The scenes of the seeds are those of `mkt.scenes.drawn`.  Trackers are compared on the
-same scenes, run by run.
+The scenes are those of `mkt.scenes.drawn` for the seeds `SEEDS`, on which no parameter
+was chosen.  Trackers are compared on the same scenes, run by run.
+`mkt.experiments.shipped` keeps what was measured for a release.
 """
 
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
-from mkt.experiments.statistics import interval
+from mkt.experiments.statistics import MEDIAN, Statistic, holm, interval, p_value
 from mkt.experiments.sweep import Job, sweep
 from mkt.registry import Registry, natural
-from mkt.scenes.drawn import drawn
+from mkt.scenes.drawn import HELD_BACK, drawn
 from mkt.trackers import by_name
 from mkt.tracking import Tracker
 from mkt.types import Array
 
-HOLDS, IN_PART, FAILS = "holds", "holds in part", "does not hold here"
-SEEDS = 16
-FEWEST = 6  # with fewer runs no interval of a median can be trusted to 95 %
-RULE = (
-    f'A line "{HOLDS}" when its whole 95 % interval (bootstrap over the runs) lies '
-    f'beyond the bound, "{IN_PART}" when only its value does, and else "{FAILS}". '
-    "A claim holds when all of its lines do, does not when none does even in part, "
-    "and holds in part otherwise."
-)
+SUPPORTED, TIE = "supported", "tie"
+INCONCLUSIVE, CONTRADICTED = "inconclusive", "contradicted"
+WORST_FIRST = (CONTRADICTED, INCONCLUSIVE, TIE, SUPPORTED)
+UNTESTED = "true by construction"  # of a claim all of whose parts have no say
+SEEDS = HELD_BACK
+FEWEST = 6  # with fewer runs no interval of a median reaches 95 %
+LEVEL = 0.025  # of a test on one side
+RULE = f"""\
+A line is "{SUPPORTED}" when an exact or a t test says so at 2.5 %, after Holm's
+correction over the lines of the claim, and "{CONTRADICTED}" when the test of the other
+side does. Else it is a "{TIE}" when its whole 95 % interval lies within a margin of
+equality, and "{INCONCLUSIVE}" when not. A claim has the verdict of the worst of its
+lines. Lines below the rule are ours, or cannot fail, and have no say."""
 PAPERS = ("T09", "N03", "C14")  # in the order of the book
 
 Cell = tuple[str, str]  # a kind of scene, and the label of a tracker
@@ -87,11 +94,12 @@ class Claim:
         """How it is measured: the docstring after its first sentence, as one line."""
         return " ".join(_paragraphs(self.function)[1:]).replace("\n", " ")
 
-    def jobs(self, seeds: int) -> dict[Cell, list[Job]]:
+    def jobs(self, seeds: Iterable[int]) -> dict[Cell, list[Job]]:
         """What must be run for it, for each cell one job a seed."""
+        every = list(seeds)
         return {
             (kind, label): [
-                Job(label, tracker, drawn(kind, seed), seed) for seed in range(seeds)
+                Job(label, tracker, drawn(kind, seed), seed) for seed in every
             ]
             for kind, trackers in self.needs.items()
             for label, tracker in trackers.items()
@@ -116,8 +124,12 @@ class Part:
         Which it must exceed, or stay below.
     below : bool
     unit : str
-    statistic : callable
-        Of the values, such as `numpy.median`.
+    statistic : Statistic
+        What is made of the values.
+    margin : float
+        How far from the bound the number may lie to be equal to it for all purposes.
+    ours : bool
+        Whether the paper did not write it, or it cannot fail.
     """
 
     text: str
@@ -125,7 +137,9 @@ class Part:
     bound: float
     below: bool = False
     unit: str = ""
-    statistic: Callable = np.median
+    statistic: Statistic = MEDIAN
+    margin: float = 0.0
+    ours: bool = False
 
 
 @dataclass(frozen=True)
@@ -134,12 +148,12 @@ class Runs:
 
     Parameters
     ----------
-    seeds : int
+    seeds : sequence of int
     rows : dict of DataFrame
         The runs of each cell.
     """
 
-    seeds: int
+    seeds: Sequence[int]
     rows: dict[Cell, pd.DataFrame]
 
     def __call__(self, kind: str, label: str, number: str) -> Array:
@@ -148,25 +162,37 @@ class Runs:
 
 
 @dataclass(frozen=True)
-class Line:
-    """A judged part: its text, the condition, its value with interval, the verdict."""
+class Measured:
+    """The parts of a claim over some seeds, not yet judged."""
 
-    text: str
-    condition: str
+    claim: Claim
+    seeds: Sequence[int]
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A judged part: its value with interval, and the verdict."""
+
+    part: Part
     value: float
     low: float
     high: float
-    unit: str
     verdict: str
+
+    @property
+    def condition(self) -> str:
+        """What is claimed of the value, such as "< 0.2"."""
+        return f"{'<' if self.part.below else '>'} {self.part.bound:g}"
 
 
 @dataclass(frozen=True)
 class Result:
-    """A judged claim: its lines, over how many seeds, and the verdict."""
+    """A judged claim: its lines, over which seeds, and the verdict."""
 
     claim: Claim
     lines: tuple[Line, ...]
-    seeds: int
+    seeds: Sequence[int]
     verdict: str
 
 
@@ -194,10 +220,10 @@ def contenders(*names: str, **others: Tracker) -> dict[str, Tracker]:
     return {name: by_name.get(name) for name in names} | others
 
 
-def judge(
-    names: Iterable[str] = (), seeds: int = SEEDS, processes: int = -1
-) -> list[Result]:
-    """Put claims to the test, all of them by default.
+def measure(
+    names: Iterable[str] = (), seeds: Sequence[int] = SEEDS, processes: int = -1
+) -> list[Measured]:
+    """Run what claims need, all of them by default, and take their numbers.
 
     Runs that are known are not done again.
 
@@ -206,9 +232,10 @@ def judge(
     ValueError
         For an unknown name, and for fewer than six seeds.
     """
-    if seeds < FEWEST:
+    if len(seeds) < FEWEST:
         raise ValueError(
-            f"{seeds} seeds are too few for an interval of 95 %; take at least {FEWEST}"
+            f"{len(seeds)} seeds are too few for an interval of 95 %; "
+            f"take at least {FEWEST}"
         )
     claims = [CLAIMS[name] for name in list(names) or CLAIMS]
     needed = [
@@ -217,38 +244,61 @@ def judge(
     jobs = list({repr(job): job for job in needed}.values())
     rows = sweep(jobs, processes)
     rows.index = pd.Index([repr(job) for job in jobs])
-    return [_judged(one, rows, seeds) for one in claims]
+    return [_measured(one, rows, seeds) for one in claims]
 
 
-def _judged(claim: Claim, rows: pd.DataFrame, seeds: int) -> Result:
+def _measured(claim: Claim, rows: pd.DataFrame, seeds: Sequence[int]) -> Measured:
     cells = {
         cell: rows.loc[[repr(job) for job in jobs]]
         for cell, jobs in claim.jobs(seeds).items()
     }
-    lines = tuple(line(part) for part in claim.function(Runs(seeds, cells)))
-    return Result(claim, lines, seeds, overall([line.verdict for line in lines]))
+    return Measured(claim, seeds, tuple(claim.function(Runs(seeds, cells))))
 
 
-def line(part: Part) -> Line:
-    """A part with its interval and its verdict."""
-    value, low, high = interval(part.values, statistic=part.statistic)
-    condition = f"{'<' if part.below else '>'} {part.bound:g}"
-    result = verdict(value, low, high, part.bound, part.below)
-    return Line(part.text, condition, value, low, high, part.unit, result)
+def judge(measured: Measured) -> Result:
+    """Put a claim to the test (see the module's text)."""
+    said = [part for part in measured.parts if not part.ours]
+    own = [[part] for part in measured.parts if part.ours]
+    verdicts = {id(part): v for group in [said, *own] for part, v in _verdicts(group)}
+    lines = tuple(
+        Line(p, *interval(p.values, p.statistic), verdicts[id(p)])
+        for p in measured.parts
+    )
+    overall = worst([verdicts[id(part)] for part in said])
+    return Result(measured.claim, lines, measured.seeds, overall)
 
 
-def verdict(
-    value: float, low: float, high: float, bound: float, below: bool = False
-) -> str:
-    """The rule for one number with its interval (see the module's text)."""
-    if (high < bound) if below else (low > bound):
-        return HOLDS
-    return IN_PART if (value < bound if below else value > bound) else FAILS
+def _verdicts(parts: Sequence[Part]) -> list[tuple[Part, str]]:
+    """Each of the parts that are tested together, with its verdict."""
+    sides = [("less", "greater") if p.below else ("greater", "less") for p in parts]
+    claimed, other = (
+        holm([
+            p_value(part.values, part.statistic, part.bound, pair[k])
+            for part, pair in zip(parts, sides, strict=True)
+        ])
+        for k in (0, 1)
+    )  # fmt: skip
+    return [
+        (part, _verdict(part, *p))
+        for part, *p in zip(parts, claimed, other, strict=True)
+    ]
 
 
-def overall(verdicts: list[str]) -> str:
-    """The rule for a claim of several parts."""
-    return verdicts[0] if len(set(verdicts)) == 1 else IN_PART
+def _verdict(part: Part, claimed: float, other: float) -> str:
+    """The rule for one part, from the p-values of both sides."""
+    if claimed < LEVEL:
+        return SUPPORTED
+    if other < LEVEL:
+        return CONTRADICTED
+    _, low, high = interval(part.values, part.statistic)
+    equal = max(abs(low - part.bound), abs(high - part.bound)) <= part.margin
+    return TIE if equal else INCONCLUSIVE
+
+
+def worst(verdicts: Iterable[str]) -> str:
+    """The verdict of a claim, from those of its parts."""
+    found = set(verdicts)
+    return next((one for one in WORST_FIRST if one in found), UNTESTED)
 
 
 def as_records(results: Iterable[Result]) -> list[dict[str, Any]]:
@@ -259,14 +309,15 @@ def as_records(results: Iterable[Result]) -> list[dict[str, Any]]:
             "sentence": result.claim.sentence,
             "paper": result.claim.printed,
             "claim verdict": result.verdict,
-            "measured": line.text,
+            "measured": line.part.text,
+            "in the paper": not line.part.ours,
             "condition": line.condition,
             "value": line.value,
             "low": line.low,
             "high": line.high,
-            "unit": line.unit,
+            "unit": line.part.unit,
             "verdict": line.verdict,
-            "seeds": result.seeds,
+            "scenes": len(result.seeds),
         }
         for result in results
         for line in result.lines

@@ -11,14 +11,19 @@ WIDTH = 132
 
 def as_text(results: list[Result]) -> str:
     """The claims with their lines in aligned columns, and the rule."""
-    head = f"The papers' claims over {results[0].seeds} seeds: value [95 % interval]"
+    seeds = results[0].seeds
+    head = (
+        f"The papers' claims over {len(seeds)} scenes of each kind "
+        f"(seeds {seeds[0]}:{seeds[-1] + 1}): value [95 % interval]"
+    )
     rule = "\n".join(textwrap.wrap(RULE, WIDTH))
     return "\n\n".join([head, *map(_block, results), rule])
 
 
 def _block(result: Result) -> str:
     claim = result.claim
-    table = tabulate([_cells(line) for line in result.lines], tablefmt="plain")
+    lines = sorted(result.lines, key=lambda line: line.part.ours)
+    table = tabulate([_cells(line) for line in lines], tablefmt="plain")
     return "\n".join(
         [
             f"{claim.name}  {result.verdict.upper()}: {claim.sentence}",
@@ -28,14 +33,15 @@ def _block(result: Result) -> str:
     )
 
 
-def _cells(line: Line) -> tuple[str, str, str, str]:
-    return line.text, line.condition, measured(line), line.verdict
+def _cells(line: Line) -> tuple[str, ...]:
+    verdict = f"({line.verdict})" if line.part.ours else line.verdict
+    return line.part.text, line.condition, measured(line), verdict
 
 
 def measured(line: Line) -> str:
     """A line's value with its interval and unit, as text."""
     value, low, high = map(_number, (line.value, line.low, line.high))
-    return f"{value} [{low}, {high}] {line.unit}".rstrip()
+    return f"{value} [{low}, {high}] {line.part.unit}".rstrip()
 
 
 def _number(value: float) -> str:

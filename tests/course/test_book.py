@@ -8,12 +8,13 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import nbformat
+import numpy as np
+import pandas as pd
 import pytest
 from markdown_it import MarkdownIt
 
 from mkt.course.book import (
     checks,
-    claims_cache,
     contents,
     depends,
     execute,
@@ -22,10 +23,12 @@ from mkt.course.book import (
     pictures,
 )
 from mkt.course.book.site import write
+from mkt.experiments import claims, leaderboard, shipped
+from mkt.experiments.claims_as_text import measured
 from mkt.figures.registry import FIGURES
 from mkt.figures.static_panel import FILES
 from mkt.files import PACKAGE
-from tests import made_up
+from mkt.trackers import by_name
 
 BOOK = contents.read()
 chapters = pytest.mark.parametrize(
@@ -227,22 +230,6 @@ def test_a_chapter_whose_text_alone_changed_shows_it_with_the_known_outputs(
     assert after.cells[1].outputs[0].text.strip().isdecimal()
 
 
-def test_claims_are_judged_once_until_something_changes(nothing_known, monkeypatch):
-    asked = []
-
-    def judge(seeds):
-        asked.append(seeds)
-        return [replace(result, seeds=seeds) for result in made_up.results()]
-
-    first, second = (claims_cache.kept(judge) for _ in range(2))
-    assert first == second == judge(claims_cache.SEEDS) and len(asked) == 2
-    for path in nothing_known.rglob("*.json"):
-        path.write_text("{half a fi")
-    assert claims_cache.kept(judge) == first and len(asked) == 3
-    monkeypatch.setattr(depends, "of_claims", lambda seeds: "another state")
-    assert claims_cache.kept(judge) == first and len(asked) == 4
-
-
 def test_output_widgets_do_not_stall(tmp_path, nothing_known):
     source = (
         "import ipywidgets\n"
@@ -356,11 +343,40 @@ def test_a_figure_is_drawn_once_and_alone_when_it_changes(nothing_known, monkeyp
 # Pages
 
 
+def board(words):
+    """A board on which one of two trackers would not start, its words these."""
+    numbers = {"overlap": 0.625, "hits": 0.875, "hits_of_all": 0.75, "area": 0.61}
+    run = numbers | {"lost": 0.0, "cpu_ms": 4.2, "seed": 0, "source": words}
+    rows = [run | {"tracker": "ssd"}, run | {"tracker": "mil"}]
+    refused = pd.DataFrame(rows).assign(refused=["", "too dark"])
+    return leaderboard.Board("Nowhere", words, refused, "source")
+
+
+def test_a_verdict_of_each_kind_has_its_sign_its_words_and_its_picture():
+    sentence = "<b>x</b> & y"
+    values = np.linspace(-1, 1, 12)
+    parts = [
+        claims.Part(sentence, values + 9, 0),
+        claims.Part("no", values - 9, 0),
+        claims.Part("nobody knows", values, 0),
+        claims.Part("equal", values, 0, margin=2),
+        claims.Part("ours", values * np.nan, 0, ours=True),
+    ]
+    claim = next(iter(claims.CLAIMS.values()))
+    seeds = range(1000, 1012)
+    results = [claims.judge(claims.Measured(claim, seeds, (part,))) for part in parts]
+    made = shipped.Made("make it", "2026-01-02", "1000:1012", ["python 9"], "other")
+    page = pages.claims(results, made)
+    for verdict, (name, sign) in pages.BADGES.items():
+        assert f'mkt-{name}">{sign} {verdict}</span>' in page
+    assert "&lt;b&gt;x&lt;/b&gt; &amp; y" in page and "<b>x" not in page
+    assert page.count("<svg") == 4 and page.count("has changed since then") == 1
+    assert "2026-01-02" in page and page.count("ours, or true whatever") == 1
+
+
 def test_names_of_folders_and_titles_are_shown_as_they_are():
     ugly = '<b>*a*</b> _b_ `c` | $d$ & "e" [f](g)'
-    board = made_up.boards()[0]
-    board = replace(board, data=ugly, rows=board.rows.assign(source=ugly))
-    page = MarkdownIt().enable("table").render(pages.leaderboard([board]))
+    page = MarkdownIt().enable("table").render(pages.leaderboard([board(ugly)]))
     assert unescape(page).count(ugly) == 3  # the data, a column, a refusal
     assert "<b>" not in page and "<em>a</em>" not in page
     titled = replace(BOOK.chapters[0], title=ugly)
@@ -485,23 +501,40 @@ def test_gallery_leads_to_every_figure_its_chapter_and_its_source(site, pages_of
 
 def test_every_claim_is_on_its_page_with_sentence_and_verdict_in_words(site, pages_of):
     text = unescape((site / "claims.html").read_text(encoding="utf-8"))
-    for result in made_up.results():
+    for result in map(claims.judge, shipped.claimed()):
         assert result.claim.name in pages_of[site / "claims.html"].ids
         assert result.claim.sentence in text and result.claim.printed in text
-    assert all(
-        f"<td><{verdict}></td>" in text and f"{sign} {verdict}</span>" in text
-        for verdict, (_, sign) in pages.BADGES.items()
-    )
+        _, sign = pages.BADGES[result.verdict]
+        assert f"{sign} {result.verdict}</span>" in text
+        for line in result.lines:
+            assert f"<td>{line.part.text}</td>" in text
+            assert f"<td>{measured(line)}</td>" in text
     assert "claims.html" in pages_of[site / "index.html"].links
+
+
+def test_a_chapter_says_of_a_claim_what_its_page_says():
+    """Verdicts in chapters are printed from the shipped numbers, not written."""
+    for chapter in BOOK.chapters:
+        cells = nbformat.read(chapter.notebook, 4).cells
+        named = {
+            name
+            for cell in cells
+            if cell.cell_type == "markdown"
+            for name in re.findall(r"\b[TNC]\d\d-[a-i]\b", cell.source)
+        }
+        shown = " ".join(c.source for c in cells if "mkt.verdicts(" in c.source)
+        assert {name for name in named if name not in shown} == set(), chapter.name
 
 
 def test_the_leaderboard_says_who_which_data_and_how_many_runs(site, pages_of):
     text = unescape((site / "leaderboard.html").read_text(encoding="utf-8"))
-    assert "Nowhere: 1 sequence, 2 runs" in text and "No data at all." in text
-    assert text.index("(2) SSD, nine kernels") < text.index(
-        "MIL (OpenCV)"
-    ) and ">0.62 / 88<" in text.replace("<p>", "").replace("</p>", "")
-    assert "MIL (OpenCV) would not start on made up: too dark" in text
+    for each in leaderboard.shipped():
+        first, *_, last = leaderboard.ranking(each)
+        assert f"{each.title}: {leaderboard.extent(each)}" in text
+        start = text.index(each.title)
+        assert text.index(by_name.LABELS[first.name], start) < text.index(
+            by_name.LABELS[last.name], start
+        )
     assert "leaderboard.html" in pages_of[site / "index.html"].links
 
 

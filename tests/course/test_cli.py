@@ -77,7 +77,7 @@ def test_every_command_explains_itself_with_examples(command, capsys):
         (("nope",), "invalid choice"),
         (("book", "--fast"), "unrecognized arguments: --fast"),
         (("figure",), "needs an ID and -o FILE"),
-        (("bench", "--seeds", "3"), "go with `bench tracking`"),
+        (("bench", "--seeds", "0:3"), "go with `bench tracking`"),
     ],
 )
 def test_a_mistyped_command_is_refused_before_anything_is_installed(words, said):

@@ -78,7 +78,7 @@ def benchmarks(tmp_path, monkeypatch):
 def test_every_tracker_runs_on_every_sequence_once_a_seed_where_seeds_matter(
     benchmarks,
 ):
-    (board,), troubles = recorded(NAMES, 2, processes=1)
+    (board,), troubles = recorded(NAMES, range(2), processes=1)
     runs = board.rows[["source", "tracker", "seed"]].itertuples(index=False, name=None)
     assert sorted(runs) == sorted(
         (f"BoBoT/{s}", n, k)
@@ -93,28 +93,34 @@ def test_every_tracker_runs_on_every_sequence_once_a_seed_where_seeds_matter(
 
 
 def test_what_is_known_is_not_run_again_wherever_the_data_lie(benchmarks, monkeypatch):
-    (first,), _ = recorded(NAMES, 1, processes=1)
+    (first,), _ = recorded(NAMES, [0], processes=1)
     monkeypatch.setattr(sweeps, "run", lambda job: pytest.fail("not read"))
     moved = benchmarks.parent / "moved"
     moved.mkdir()
     benchmarks.rename(moved / "bobot")
     monkeypatch.setenv("MKT_DATA", str(moved))
-    (again,), _ = recorded(NAMES, 1, processes=1, only_known=True)
+    (again,), _ = recorded(NAMES, [0], processes=1)
     pd.testing.assert_frame_equal(again.rows, first.rows)
-    # The second seed is not known.
-    assert recorded(NAMES, 2, only_known=True)[0] == []
+    with pytest.raises(pytest.fail.Exception, match="not read"):
+        recorded(NAMES, [0, 1], processes=1)  # the second seed is not known
 
 
-def test_another_truth_is_another_job(benchmarks):
-    recorded(("ssd",), 1, processes=1)
+def test_another_truth_is_another_job(benchmarks, monkeypatch):
+    recorded(("ssd",), [0], processes=1)
     path = benchmarks / "colored" / "truth.txt"
     path.write_text(path.read_text().replace("\n5 0.", "\n5 0.0", 1))
-    assert recorded(("ssd",), 1, only_known=True)[0] == []
+    monkeypatch.setattr(sweeps, "run", lambda job: pytest.fail("run again"))
+    with pytest.raises(pytest.fail.Exception, match="run again"):
+        recorded(("ssd",), [0], processes=1)
+
+
+def test_one_benchmark_can_be_chosen(benchmarks):
+    assert recorded(("ssd",), [0], archive="OTB") == ([], [])
 
 
 def test_what_is_broken_is_left_out_and_named(benchmarks):
     (benchmarks / "grey" / "truth.txt").write_text("0 .1 .1 .2 .2\n1 .1 .1 .2\n")
-    (board,), troubles = recorded(("ssd",), 1, processes=1)
+    (board,), troubles = recorded(("ssd",), [0], processes=1)
     assert set(board.rows["source"]) == {"BoBoT/colored"}
     assert len(troubles) == 1 and "truth.txt, line 2" in troubles[0]
 
@@ -135,10 +141,14 @@ def test_trackers_that_draw_are_told_from_those_that_do_not():
         assert not draws(by_name.get(name)), name
 
 
+def board(*rows, case="source"):
+    return Board("Some", "Data.", pd.DataFrame(rows), case)
+
+
 def test_ranking_is_by_the_mean_of_the_means_of_the_sequences():
     """A sequence with more runs does not count more."""
     first, second = ranking(
-        table(
+        board(
             row("ssd", "a", 0, 0.2),
             row("ssd", "b", 0, 0.8),
             row("pf-75", "a", 0, 0.9),
@@ -149,26 +159,46 @@ def test_ranking_is_by_the_mean_of_the_means_of_the_sequences():
     )
     assert (first.name, second.name) == ("pf-75", "ssd")
     assert first.overlap == pytest.approx(0.6) and second.overlap == pytest.approx(0.5)
-    assert first.seeds == pytest.approx((0.55, 0.65)) and second.seeds is None
+    assert first.behind is None and second.behind[0] == pytest.approx(0.1)
     assert first.interval[0] <= first.overlap <= first.interval[1]
+    assert first.places == second.places == (1, 2)  # two sequences say nothing
     assert first.cells["a"] == pytest.approx((0.8, 1.0))
+
+
+def test_a_place_is_certain_where_the_paired_differences_are():
+    """Scenes differ by far more than the trackers do, but always the same way."""
+    scenes = enumerate(np.linspace(0.1, 0.9, 12))
+    rows = [
+        row(name, kind, seed, overlap + lead * (1 + 0.1 * (seed % 3)))
+        for seed, overlap in scenes
+        for kind in ("a", "b")
+        for name, lead in (("ssd", 0.0), ("mil", 0.02), ("pf-75", 0.02))
+    ]
+    places = {place.name: place for place in ranking(board(*rows, case="seed"))}
+    assert places["ssd"].places == (3, 3)
+    assert places["mil"].places == places["pf-75"].places == (1, 2)
+    _, low, high = places["ssd"].behind
+    assert 0.01 < low < high < 0.03
+    low, high = places["ssd"].interval
+    assert high - low > 0.2
 
 
 def test_whoever_refuses_scores_nothing():
     nothing = dict.fromkeys(sweeps.NUMBERS, np.nan)
-    rows = table(
+    refusing = board(
         row("ssd", "a", 0, 0.6),
         row("ssd", "b", 0, np.nan) | nothing | {"refused": "too dark"},
     )
-    (place,) = ranking(rows)
+    (place,) = ranking(refusing)
     assert place.overlap == pytest.approx(0.3) and place.cpu_ms == 2
     assert place.hits == 0.5 and place.lost == 0.5
-    assert refusals(rows) == ["(2) SSD, nine kernels would not start on b: too dark"]
-    assert "would not start on b: too dark" in as_markdown(Board("x", "y", rows))
+    said = "(2) SSD, nine kernels would not start on b: too dark"
+    assert refusals(refusing.rows) == [said]
+    assert "would not start on b: too dark" in as_markdown(refusing)
 
 
 def test_the_tables_are_markdown_with_a_row_for_each_tracker():
-    rows = table(
+    some = board(
         *(
             row(name, source, seed, 0.5)
             for name in ("ssd", "mil")
@@ -176,11 +206,11 @@ def test_the_tables_are_markdown_with_a_row_for_each_tracker():
             for seed in range(2)
         )
     )
-    places = ranking(rows)
+    places = ranking(some)
     assert [len(line) for line in overall(places)] == [len(leaderboard.HEAD)] * 2
     head, body = by_sequence(places)
     assert head == ["tracker", "a", "b"] and body[0][1:] == ["0.50 / 100"] * 2
-    text = as_markdown(Board("Some", "Data.", rows))
+    text = as_markdown(some)
     lines = [line for line in text.splitlines() if line.startswith("|")]
     assert len(lines) == 8
     bars = {line.count("|") for line in lines}
@@ -189,16 +219,15 @@ def test_the_tables_are_markdown_with_a_row_for_each_tracker():
 
 def test_synthetic_sequences_are_for_whoever_has_no_benchmark(monkeypatch):
     def run(job):
-        return row(job.label, job.source.name, job.seed, 0.5)
+        pair = {"item": job.source.item, "ground": job.source.ground}
+        return row(job.label, job.source.name, job.seed, 0.5) | pair
 
     monkeypatch.delenv("MKT_DATA", raising=False)
     monkeypatch.setattr(sweeps, "run", run)
-    assert recorded(NAMES, 1) == ([], [])
-    board = synthetic(NAMES, 3, processes=1)
-    assert len(board.rows) == 3 * 3 * len(KINDS) and "Synthetic" in board.data
-    names = leaderboard.for_the_book(processes=1)[0].rows["tracker"].tolist()
-    assert set(names) == set(by_name.TRACKERS)
-    assert names.count("mil") == len(KINDS) == names.count("guided") / 2
+    assert recorded(NAMES, [0]) == ([], [])
+    few = synthetic(NAMES, range(3), processes=1, kinds=KINDS)
+    assert len(few.rows) == 3 * 3 * len(KINDS) and "3 pairs" in few.data
+    assert few.rows["item"].nunique() == 3
 
 
 def test_every_synthetic_sequence_can_be_tracked():
@@ -213,12 +242,12 @@ def test_the_command_prints_and_writes(
     ending, benchmarks, tmp_path, capsys, monkeypatch
 ):
     def made_up(names, seeds):
-        rows = table(*(row(n, "a", k, 0.5) for n in names for k in range(seeds)))
-        return [Board("BoBoT", "Data.", rows)], ["x.txt: bad"]
+        rows = table(*(row(n, "a", k, 0.5) for n in names for k in seeds))
+        return [Board("BoBoT", "Data.", rows, "source")], ["x.txt: bad"]
 
     monkeypatch.setattr(leaderboard, "recorded", made_up)
     path = tmp_path / f"out.{ending}"
-    words = ["bench", "tracking", "ssd", "mil", "--seeds", "2", "-o", str(path)]
+    words = ["bench", "tracking", "ssd", "mil", "--seeds", "0:2", "-o", str(path)]
     assert not cli.run(cli.parse(words))
     printed = capsys.readouterr()
     assert "## BoBoT: 1 sequence, 4 runs" in printed.out
@@ -233,7 +262,6 @@ def test_the_command_prints_and_writes(
     "words, said",
     [
         (["nope"], "no tracker 'nope'; there are pf-1"),
-        (["ssd", "--seeds", "0"], "0 seeds; there must be at least 1"),
         (["ssd", "-o", "x.txt"], "ends in .csv or .md"),
         (["ssd", "-o", "no/such/x.csv"], "in a folder that exists"),
     ],

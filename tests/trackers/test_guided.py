@@ -90,7 +90,7 @@ def test_the_distance_is_that_of_the_region_under_the_last_fine_kernels():
     said = set()
     for before, frame, _, info in steps(Guided(n=50), behind_gravel()):
         image = Guided().bins(relit(frame, before.light.gains))
-        expected = float(before.targets[-1].distances(image, info["region"]))
+        expected = float(before.fine.distances(image, info["region"]))
         assert info["distance"] == pytest.approx(expected, abs=1e-3)
         said.add(info["lost"])
     assert said == {True, False}
@@ -107,7 +107,7 @@ def test_particles_that_are_reported_are_those_that_were_weighed():
 def test_the_cost_is_in_regions_looked_at_with_the_full_grid():
     tracker = Guided(n=50)
     for _, _, after, info in steps(tracker, replace(SPECIFICATION, length=4)):
-        coarse, closest = after.targets[0].kernels, after.targets[-1].kernels
+        coarse, closest = after.coarse.kernels, after.fine.kernels
         samples = 50 * len(coarse.points) + info["steps"] * len(closest.points)
         assert info["evaluations"] == pytest.approx(samples / FULL_GRID)
 

@@ -2,40 +2,31 @@
 
 `mkt.course.book.contents` reads book.toml, `mkt.course.book.execute` runs the notebooks
 (with `mkt.course.book.client`), `mkt.course.book.checks` says what a notebook must be
-before and after, `mkt.course.book.claims_cache` puts the claims to the test,
-`mkt.course.book.pages` writes the pages round them, `mkt.course.book.pictures` draws
-the figures, and `mkt.course.book.site` lets Sphinx make the site of it all, with three
-extensions for it beside them.  `mkt.course.book.depends` says what has to be made
-again.
+before and after, `mkt.course.book.pages` writes the pages round them,
+`mkt.course.book.pictures` draws the figures, and `mkt.course.book.site` lets Sphinx
+make the site of it all, with three extensions for it beside them.
+`mkt.course.book.depends` says what has to be made again.
 """
 
-from collections.abc import Callable
 from pathlib import Path
 
-from mkt.course.book import checks, claims_cache, contents, execute, site
+from mkt.course.book import checks, contents, execute, site
 from mkt.course.book.contents import BookError
-from mkt.experiments import leaderboard
-from mkt.experiments.claims import Result
 from mkt.files import ROOT
 
 BUILD = ROOT / "_build"
 
 
-def build(
-    folder: Path = BUILD,
-    judge: Callable[[], list[Result]] = claims_cache.kept,
-    rank: Callable[[], list[leaderboard.Board]] = leaderboard.for_the_book,
-) -> Path:
-    """Execute the chapters, judge the claims, rank the trackers, and make the site.
+def build(folder: Path = BUILD) -> Path:
+    """Execute the chapters and make the site.
 
-    What is known already is not done again.
+    What is known already is not done again; claims and trackers were run for the
+    release (`mkt.experiments.shipped`).
 
     Parameters
     ----------
     folder : Path
         Where to put the site.
-    judge, rank : callable
-        What the pages of the claims and of the leaderboard show.
 
     Returns
     -------
@@ -56,7 +47,7 @@ def build(
     ]
     if without_pictures:
         raise BookError("\n".join(without_pictures))
-    return site.make(book, notebooks, judge(), rank(), folder)
+    return site.make(book, notebooks, folder)
 
 
 def strip_all() -> list[Path]:

@@ -62,11 +62,6 @@ def of_picture(entry: Entry, *how: Any) -> str:
     return cache.key(entry.name, facts, how, *_surroundings(files))
 
 
-def of_claims(seeds: int) -> str:
-    """The key of all claims, judged over so many seeds."""
-    return cache.key("claims", seeds, *_surroundings(PAPERS.glob("*/claims.py")))
-
-
 def _surroundings(files: Iterable[Path]) -> Iterator[Any]:
     """What results of code that begins in some files depend on."""
     reached = reachable(files)

@@ -9,34 +9,50 @@ In the templates everything is escaped for HTML; ``md`` escapes names and senten
 Markdown, so that a folder called ``*a*`` is shown as it is.
 """
 
+import ast
 import importlib
 import inspect
 import pkgutil
 import string
 import tomllib
 from collections.abc import Callable, Iterable
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 import jinja2
+import numpy as np
 from markupsafe import Markup
 
 import mkt
 from mkt.course.book.contents import Book, Chapter
 from mkt.experiments import leaderboard as ranks
-from mkt.experiments.claims import FAILS, HOLDS, IN_PART, RULE, SEEDS, Result
+from mkt.experiments import shipped
+from mkt.experiments.claims import (
+    CONTRADICTED,
+    INCONCLUSIVE,
+    RULE,
+    SUPPORTED,
+    TIE,
+    UNTESTED,
+    Line,
+    Result,
+)
 from mkt.experiments.claims_as_text import measured
 from mkt.figures.registry import FIGURES, Entry
 from mkt.figures.static_panel import FILES, SCRIPT
-from mkt.scenes.drawn import GROUNDS, ITEMS
+from mkt.files import ROOT
+from mkt.scenes.drawn import drawn
 
 HERE = Path(__file__).parent
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
 # Class and sign of each verdict, beside the words.
 BADGES = {
-    HOLDS: ("holds", "✓"),
-    IN_PART: ("part", "◐"),
-    FAILS: ("fails", "✗"),
+    SUPPORTED: ("supported", "✓"),
+    TIE: ("tie", "="),
+    INCONCLUSIVE: ("inconclusive", "?"),
+    CONTRADICTED: ("contradicted", "✗"),
+    UNTESTED: ("untested", "·"),
 }
 EXTENSIONS = [
     "myst_nb",
@@ -104,7 +120,6 @@ _TEMPLATES = jinja2.Environment(
     keep_trailing_newline=True,
     undefined=jinja2.StrictUndefined,
 )
-_TEMPLATES.filters |= {"md": _markdown, "measured": measured}
 
 
 def _filled(template: str, **values: Any) -> str:
@@ -164,21 +179,40 @@ def source_page(function: Callable) -> str:
     return f"_modules/{page}.html#{function.__name__}"
 
 
-def claims(results: list[Result]) -> str:
+def claims(results: list[Result], made: shipped.Made) -> str:
     """claims.md: every judged claim with its numbers and its verdict."""
     verdicts = [result.verdict for result in results]
+    pairs = {
+        (drawn("", seed).item, drawn("", seed).ground) for seed in results[0].seeds
+    }
     modules = dict.fromkeys(result.claim.function.__module__ for result in results)
     return _filled(
         "claims.md",
         results=results,
         counts={verdict: verdicts.count(verdict) for verdict in BADGES},
         badges=BADGES,
-        items=ITEMS,
-        grounds=GROUNDS,
+        pairs=len(pairs),
         rule=RULE,
-        usual=SEEDS,
+        made=made,
+        changed=shipped.changed(shipped.CLAIMED, made),
         modules=list(modules),
     )
+
+
+def forest(line: Line) -> dict[str, float] | None:
+    """Where the bound, the dot and the ends of the interval of a line are drawn.
+
+    From 0 to 1 across, the bound in the middle; None where nothing could be measured.
+    """
+    bound, numbers = line.part.bound, (line.low, line.value, line.high)
+    if not np.isfinite(numbers).all():
+        return None
+    reach = max(*(abs(number - bound) for number in numbers), line.part.margin, 1e-12)
+    low, value, high = (0.5 + 0.45 * (number - bound) / reach for number in numbers)
+    return {"low": low, "value": value, "high": high}
+
+
+_TEMPLATES.filters |= {"md": _markdown, "measured": measured, "forest": forest}
 
 
 def leaderboard(boards: Iterable[ranks.Board]) -> str:
@@ -193,7 +227,7 @@ def leaderboard(boards: Iterable[ranks.Board]) -> str:
 
 def _ranked(board: ranks.Board) -> dict[str, Any]:
     """What the page needs to know of a board."""
-    places = ranks.ranking(board.rows)
+    places = ranks.ranking(board)
     return {
         "title": board.title,
         "data": board.data,
@@ -216,8 +250,27 @@ def modules() -> list[str]:
 
 
 def library(names: Iterable[str]) -> str:
-    """api/index.rst, the map of the library with these modules."""
-    return _filled("api/index.rst", modules=names)
+    """api/index.rst, the map of the library, and a line on each of these modules."""
+    lines = [
+        (name, ast.get_docstring(_tree(name)).partition("\n")[0]) for name in names
+    ]
+    groups = groupby(sorted(lines, key=_wing_of), key=_wing_of)
+    wings = [(wing, list(group)) for wing, group in groups]
+    return _filled("api/index.rst", wings=wings)
+
+
+def _tree(module: str) -> ast.Module:
+    """The parsed source of a module."""
+    place = ROOT.joinpath(*module.split("."))
+    files = place.with_suffix(".py"), place / "__init__.py"
+    path = next(file for file in files if file.is_file())
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def _wing_of(line: tuple[str, str]) -> str:
+    """The wing of a module, `mkt` itself for those of the method."""
+    place = ROOT.joinpath(*line[0].split(".")[:2])
+    return ".".join(place.relative_to(ROOT).parts) if place.is_dir() else "mkt"
 
 
 def module(name: str) -> str:

@@ -16,8 +16,7 @@ from nbformat import NotebookNode
 from mkt.course.book import pages, pictures
 from mkt.course.book.checks import figure_cells
 from mkt.course.book.contents import NOTEBOOKS, Book, BookError
-from mkt.experiments.claims import Result
-from mkt.experiments.leaderboard import Board
+from mkt.experiments import claims, leaderboard, shipped
 from mkt.figures.static_panel import FILES, SCRIPT
 from mkt.files import named
 
@@ -28,8 +27,6 @@ PICTURE = "image/png"
 def make(
     book: Book,
     notebooks: Mapping[str, NotebookNode],
-    results: list[Result],
-    boards: list[Board],
     folder: Path,
 ) -> Path:
     """Write the site.
@@ -39,8 +36,6 @@ def make(
     book : Book
     notebooks : dict
         Name of each chapter -> its executed notebook.
-    results : list of `mkt.experiments.claims.Result`
-    boards : list of `mkt.experiments.leaderboard.Board`
     folder : Path
 
     Returns
@@ -52,11 +47,13 @@ def make(
     ------
     BookError
         When Sphinx fails.
+    DataError
+        When the numbers of the release cannot be read.
     OSError
         When there is no room.
     """
     source = folder / "source"
-    texts = _pages(book, results, boards) | _reference() | _chapters(notebooks)
+    texts = _pages(book) | _reference() | _chapters(notebooks)
     files = {name: text.encode() for name, text in texts.items()}
     drawn = {f"{FILES}/{name}": content for name, content in pictures.drawn().items()}
     with named(source):
@@ -64,14 +61,15 @@ def make(
     return render(source, folder)
 
 
-def _pages(book: Book, results: list[Result], boards: list[Board]) -> dict[str, str]:
+def _pages(book: Book) -> dict[str, str]:
     """{path below the source folder: text} of what stands round the chapters."""
+    measured, made = shipped.read_claims()
     return {
         "conf.py": pages.configuration(book),
         "index.md": pages.first(book),
         "gallery.md": pages.gallery(book),
-        "claims.md": pages.claims(results),
-        "leaderboard.md": pages.leaderboard(boards),
+        "claims.md": pages.claims([claims.judge(one) for one in measured], made),
+        "leaderboard.md": pages.leaderboard(leaderboard.shipped()),
         "tasks.md": pages.tasks(),
         "symbols.md": (NOTEBOOKS / "symbols.md").read_text(encoding="utf-8"),
         f"_static/{STYLE.name}": STYLE.read_text(encoding="utf-8"),

@@ -47,3 +47,21 @@ def command(
     )
     parser.set_defaults(run=run)
     return parser
+
+
+def seeds(text: str) -> range:
+    """The seeds that A:B names, from A to B - 1.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        With the remedy.
+    """
+    first, colon, after = text.partition(":")
+    if not (colon and first.isdecimal() and after.isdecimal()):
+        raise argparse.ArgumentTypeError(
+            f"{text}: give the first seed and the one after the last, such as 100:132"
+        )
+    if int(after) <= int(first):
+        raise argparse.ArgumentTypeError(f"{text}: there is no seed in it")
+    return range(int(first), int(after))

@@ -6,93 +6,122 @@ D. A. L. Córdoba, C. M. C. C. Koike, F. de Barros Vidal, 2014; the twins are th
 
 import numpy as np
 
-from mkt.experiments.claims import Part, Runs, claim, contenders
+from mkt.experiments.claims import Part, Runs, claim
+from mkt.experiments.statistics import MEAN, PAIRS, SHARE
+from mkt.experiments.timing import one_thread
+from mkt.papers.cordoba2014.looks import LOOKS, RIVALS
 from mkt.papers.cordoba2014.printed import TABLE
-from mkt.papers.cordoba2014.resampling import counted, exponent
+from mkt.papers.cordoba2014.resampling import counted, exponent, timed
 from mkt.types import Array
 
-RIVALS = contenders("pfhr", "sir", "wm")
 OCCLUDED = ("passers", "pillars")
 PARTICLES = (50, 100, 200, 400, 800)
+EQUAL = 1.0  # [%] of true positives: less is taken for none
 
 
-@claim("C14-a", "Table 1: 94.75, 89.74, 64.51 %", **{kind: RIVALS for kind in TABLE})
+@claim("C14-a", "Table 1: 94.75, 89.74, 64.51 %", **dict.fromkeys(TABLE, RIVALS))
 def hybrid_resampling_ranks_first(runs: Runs) -> list[Part]:
     """PFHR has more true positives than SIR, and SIR has more than window matching.
 
     The first overall and for every kind of sequence, the second overall, which is the
     mean over the six kinds.  True positives in percent of all frames, hidden ones too,
-    at 20 % of overlap, as the paper counts.  The printed table itself has SIR ahead of
-    PFHR on scale variations.
+    at 20 % of overlap, as the paper counts.  PFHR and SIR have the same bins, kernel
+    and motion and differ in resampling alone, once with the paper's look and once with
+    ours, which has more bins and trusts the border of the box less.  The printed table
+    itself has SIR ahead of PFHR on scale variations.
     """
-    pfhr, sir, wm = (
-        {kind: 100 * runs(kind, name, "hits_of_all") for kind in TABLE}
-        for name in RIVALS
-    )
-    first = _mean(pfhr) - _mean(sir)
-    second = _mean(sir) - _mean(wm)
-    return [
-        Part("overall: true positives, PFHR minus SIR", first, 0, unit="%"),
-        Part("overall: true positives, SIR minus WM", second, 0, unit="%"),
-        *(_ahead(kind, pfhr[kind] - sir[kind]) for kind in TABLE),
-    ]
+    parts = []
+    for look, names in LOOKS.items():
+        pfhr, sir = (_hits(runs, name) for name in names)
+        lead = pfhr - sir
+        text = f"true positives, PFHR minus SIR, {look}"
+        parts += [
+            _lead(f"overall: {text}", lead.mean(0)),
+            *(
+                _lead(f"{kind}: {text}", row, ours=look == "our look")
+                for kind, row in zip(TABLE, lead, strict=True)
+            ),
+        ]
+    second = (_hits(runs, "sir") - _hits(runs, "wm")).mean(0)
+    return [*parts, _lead("overall: true positives, SIR minus WM", second)]
 
 
-def _mean(shares: dict[str, Array]) -> Array:
-    """The mean over the kinds, (n,), of shares (n,) by kind."""
-    return np.mean(list(shares.values()), 0)
+def _hits(runs: Runs, label: str) -> Array:
+    """True positives [%] of a tracker on all kinds of sequence, (6, n)."""
+    return 100 * np.array([runs(kind, label, "hits_of_all") for kind in TABLE])
 
 
-def _ahead(kind: str, lead: Array) -> Part:
-    """By how much PFHR is ahead of SIR on a kind of sequence."""
-    text = f"{kind}: true positives, PFHR minus SIR"
-    return Part(text, lead, 0, unit="%", statistic=np.mean)
+def _lead(text: str, values: Array, ours: bool = False) -> Part:
+    """By how much one is ahead of another."""
+    return Part(text, values, 0, unit="%", statistic=MEAN, margin=EQUAL, ours=ours)
 
 
 @claim(
-    "C14-b",
-    "Sections 4.2 and 4.3, figures 4 and 6",
-    **{kind: RIVALS for kind in OCCLUDED},
+    "C14-b", "Sections 4.2 and 4.3, figures 4 and 6", **dict.fromkeys(OCCLUDED, RIVALS)
 )
 def hybrid_resampling_recovers(runs: Runs) -> list[Part]:
     """After occlusions PFHR finds the target again; SIR and window matching do not.
 
     A run is lost when none of its last ten frames is a hit, after three total
-    occlusions.
+    occlusions.  PFHR and SIR have the same look, the paper's and ours.
     """
-    parts = []
-    for kind in OCCLUDED:
-        pfhr, sir, wm = (runs(kind, name, "lost") for name in RIVALS)
-        parts += [
-            _share(f"{kind}: share of runs lost, PFHR", pfhr, 0.5, below=True),
-            _share(f"{kind}: that share, SIR minus PFHR", sir - pfhr),
-            _share(f"{kind}: that share, WM minus PFHR", wm - pfhr),
-        ]
-    return parts
+    return [
+        part
+        for kind in OCCLUDED
+        for look, names in LOOKS.items()
+        for part in _recovery(runs, kind, look, *names)
+    ]
 
 
-def _share(text: str, flags: Array, bound: float = 0, below: bool = False) -> Part:
-    return Part(text, flags, bound, below=below, statistic=np.mean)
+def _recovery(runs: Runs, kind: str, look: str, hybrid: str, plain: str) -> list[Part]:
+    """What C14-b says about a kind of sequence, with the filters of one look."""
+    pfhr, sir, wm = (runs(kind, name, "lost") for name in (hybrid, plain, "wm"))
+    compared = f"{kind}: share of runs lost, {look}"
+    return [
+        Part(f"{compared}: PFHR", pfhr, 0.5, below=True, statistic=SHARE),
+        _more(f"{compared}: SIR minus PFHR", sir - pfhr),
+        _more(f"{compared}: WM minus PFHR", wm - pfhr),
+    ]
+
+
+def _more(text: str, values: Array) -> Part:
+    return Part(text, values, 0, statistic=PAIRS, margin=0.1)
 
 
 @claim("C14-c", "Section 4.5: O(n^2)")
 def resampling_is_quadratic(runs: Runs) -> list[Part]:
-    """The steps of resampling grow with the square of the number of particles.
+    """The time of resampling grows at most with the square of the number of particles.
 
-    The exponent of the number of comparisons, counted for 50 to 800 particles of random
-    weight; quadratic is taken as more than 1.5.  Algorithm 1 as listed never sets its
-    index back; the paper's count of steps begins each search anew.
+    O(n^2) is an upper bound: the exponent of the CPU time from 50 to 800 particles of
+    random weight must be below 2.1.  Whether the bound is tight is our question, for
+    which comparisons are counted: Algorithm 1 as listed never sets its index back and
+    is linear, the paper's count of steps begins each search anew.
     """
     readings = {"Algorithm 1 as listed": False, "each search begun anew": True}
     return [
-        Part(
-            f"exponent, {text}",
-            np.array([_exponent(anew, seed) for seed in range(runs.seeds)]),
-            1.5,
-        )
+        part
         for text, anew in readings.items()
+        for part in (
+            Part(
+                f"exponent of the CPU time, {text}",
+                np.array([_timed(anew, seed) for seed in runs.seeds]),
+                2.1,
+                below=True,
+            ),
+            Part(
+                f"exponent of the comparisons, {text}",
+                np.array([_counted(anew, seed) for seed in runs.seeds]),
+                1.5,
+                ours=True,
+            ),
+        )
     ]
 
 
-def _exponent(anew: bool, seed: int) -> float:
+def _counted(anew: bool, seed: int) -> float:
     return exponent(PARTICLES, [counted(anew, n, seed) for n in PARTICLES])
+
+
+@one_thread()
+def _timed(anew: bool, seed: int) -> float:
+    return exponent(PARTICLES, timed(anew, PARTICLES, seed))

@@ -51,7 +51,7 @@ STEPS = 10
 @figure(
     "own.newton",
     size=(10, 4.6),
-    grid=("dx", "span"),
+    grid=("scale", "derivative_of_c"),
     dx=(0, 64, 8),
     turn=(0, 80, 20),
     scale=(0.6, 1.6, 0.2),
@@ -64,7 +64,7 @@ def newton(
     *,
     dx: float = 24,
     turn: float = 20,
-    scale: float = 1.2,
+    scale: float = 0.8,
     layout: str = "3x3",
     span: float = 1.0,
     derivative_of_c: bool = True,

@@ -1,0 +1,228 @@
+"""What was measured once for a release, as tidy tables in ``data/``.
+
+``claims.csv`` has a row for each line of a claim and each seed, ``tracking.csv`` and
+``bobot.csv`` a row for each run of a tracker (`mkt.experiments.sweep.run`).  Beside
+each lies a JSON file: the command that makes the table again, the day, the seeds, the
+versions of all packages that numbers depend on, and a hash of the code.  Book and
+figures read these tables, so that no build of the book runs trackers for hours; where
+the code has changed since, `changed` says so, and tests run a sample of the rows again.
+"""
+
+import datetime
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from mkt.experiments import cache
+from mkt.experiments.claims import CLAIMS, Measured, Part, judge
+from mkt.experiments.claims_as_text import measured as measured_as_text
+from mkt.experiments.statistics import STATISTICS
+from mkt.experiments.sweep import NUMBERS
+from mkt.files import PACKAGE, ROOT, DataError, whole
+
+CLAIMED, TRACKED, BOBOT = (
+    ROOT / "data" / name for name in ("claims.csv", "tracking.csv", "bobot.csv")
+)
+# Where the code begins that the numbers depend on.
+TRACKING = (PACKAGE / "experiments" / "sweep.py", PACKAGE / "trackers" / "by_name.py")
+COMMANDS = {
+    CLAIMED: "python3 -m mkt claims --release",
+    TRACKED: "python3 -m mkt bench tracking --release",
+    BOBOT: "python3 -m mkt bench tracking --release",
+}
+DIGITS = "%.7g"
+WORDS = ("item", "ground", "refused")  # of a run; where empty, a table has no text
+NO_WORDS = dict.fromkeys(WORDS, "")
+
+
+@dataclass(frozen=True)
+class Made:
+    """How a table was made.
+
+    Parameters
+    ----------
+    command : str
+        That makes it again.
+    date : str
+        The day, as 2026-11-22.
+    seeds : str
+        The first, and the one after the last, as 1000:1032.
+    versions : list of str
+        Of Python and the packages that numbers depend on.
+    code : str
+        A hash of the code.
+    """
+
+    command: str
+    date: str
+    seeds: str
+    versions: list[str]
+    code: str
+
+
+def code_of(table: Path) -> str:
+    """The hash of the code that a table depends on, as it is now."""
+    if table == CLAIMED:
+        return cache.state([*PACKAGE.glob("papers/*/claims.py"), *TRACKING])
+    return cache.state([*TRACKING, *PACKAGE.glob("scenes/*.py")])
+
+
+def changed(table: Path, made: Made) -> bool:
+    """Whether the code has changed since a table was made."""
+    return made.code != code_of(table)
+
+
+def write_claims(measured: Iterable[Measured], table: Path = CLAIMED) -> None:
+    """Keep what was measured for a release.  Raises OSError."""
+    measured = list(measured)
+    lines = [
+        {"claim": one.claim.name, "line": k} | _described(part)
+        for one in measured
+        for k, part in enumerate(one.parts)
+    ]
+    rows = [
+        {"claim": one.claim.name, "line": k, "seed": seed, "value": value}
+        for one in measured
+        for k, part in enumerate(one.parts)
+        for seed, value in zip(one.seeds, np.asarray(part.values, float), strict=True)
+    ]
+    _write(table, pd.DataFrame(rows), measured[0].seeds, {"lines": lines})
+
+
+def _described(part: Part) -> dict[str, Any]:
+    """A part without its values."""
+    return {
+        "text": part.text,
+        "bound": part.bound,
+        "below": part.below,
+        "unit": part.unit,
+        "statistic": part.statistic.name,
+        "margin": part.margin,
+        "ours": part.ours,
+    }
+
+
+def read_claims(table: Path = CLAIMED) -> tuple[list[Measured], Made]:
+    """The measured claims of a release, and how they were made.
+
+    Raises
+    ------
+    DataError
+        Where the table cannot be read.
+    """
+    rows, made, more = _read(table, "claim", "line", "seed", "value")
+    parts: dict[str, list[Part]] = {}
+    cells = rows.groupby(["claim", "line"])["value"]
+    for line in more["lines"]:
+        words = dict(line)
+        name, k = words.pop("claim"), words.pop("line")
+        words["statistic"] = STATISTICS[words["statistic"]]
+        part = Part(values=cells.get_group((name, k)).to_numpy(), **words)
+        parts.setdefault(name, []).append(part)
+    seeds = seeds_of(made)
+    return [Measured(CLAIMS[n], seeds, tuple(p)) for n, p in parts.items()], made
+
+
+def claimed(names: Iterable[str] = ()) -> list[Measured]:
+    """What was measured for some claims of the release, for all by default.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name; DataError where the table cannot be read.
+    """
+    wanted = [CLAIMS[name].name for name in list(names) or CLAIMS]
+    known = {one.claim.name: one for one in read_claims()[0]}
+    return [known[name] for name in wanted]
+
+
+def verdicts(*names: str) -> pd.DataFrame:
+    """The lines of some claims as they were judged for the release.
+
+    Parameters
+    ----------
+    *names : str
+        Such as "T09-e"; all by default.
+
+    Returns
+    -------
+    DataFrame
+        Columns claim, measured, claimed, here (the value with its 95 % interval) and
+        verdict, all as text; what is ours, or cannot fail, has its verdict in
+        parentheses.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name; DataError where the numbers cannot be read.
+    """
+    rows = [
+        {
+            "claim": result.claim.name,
+            "measured": line.part.text,
+            "claimed": line.condition,
+            "here": measured_as_text(line),
+            "verdict": f"({line.verdict})" if line.part.ours else line.verdict,
+        }
+        for result in map(judge, claimed(names))
+        for line in result.lines
+    ]
+    return pd.DataFrame(rows)
+
+
+def write_runs(rows: pd.DataFrame, seeds: Sequence[int], table: Path) -> None:
+    """Keep the runs of trackers for a release.  Raises OSError."""
+    _write(table, rows, seeds, {})
+
+
+def read_runs(table: Path) -> tuple[pd.DataFrame, Made]:
+    """The runs of a release, and how they were made.
+
+    Raises
+    ------
+    DataError
+        Where the table cannot be read.
+    """
+    rows, made, _ = _read(table, "tracker", "source", "seed", *NUMBERS)
+    return rows.astype({name: object for name in WORDS}).fillna(NO_WORDS), made
+
+
+def seeds_of(made: Made) -> range:
+    """The seeds of a table."""
+    first, after = map(int, made.seeds.split(":"))
+    return range(first, after)
+
+
+def _write(
+    table: Path, rows: pd.DataFrame, seeds: Sequence[int], more: dict[str, Any]
+) -> None:
+    made = {
+        "command": COMMANDS[table] if table in COMMANDS else "",
+        "date": datetime.date.today().isoformat(),
+        "seeds": f"{seeds[0]}:{seeds[-1] + 1}",
+        "versions": cache.versions(),
+        "code": code_of(table),
+    }
+    with whole(table) as half:
+        rows.to_csv(half, index=False, float_format=DIGITS, lineterminator="\n")
+    with whole(table.with_suffix(".json")) as half:
+        half.write_text(json.dumps({"made": made} | more, indent=1), encoding="utf-8")
+
+
+def _read(table: Path, *columns: str) -> tuple[pd.DataFrame, Made, dict[str, Any]]:
+    try:
+        rows = pd.read_csv(table)
+        rows[list(columns)]  # raises KeyError
+        more = json.loads(table.with_suffix(".json").read_text(encoding="utf-8"))
+        made = Made(**more.pop("made"))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        remedy = "take it from the repository again"
+        command = COMMANDS.get(table)
+        remedy += f", or make it with `{command}`" if command else ""
+        raise DataError(table, f"cannot be read ({error})", remedy) from None
+    return rows, made, more
