@@ -45,18 +45,19 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
     try:
         with named(path):
             yield half
-            _flush(half, os.O_RDWR)  # Windows wants the right to write for it
+            flush(half)
             half.replace(path)
         if os.name == "posix":
             with suppress(OSError):  # some network drives cannot; the file is there
-                _flush(path.parent, os.O_RDONLY)
+                flush(path.parent)
     finally:
         half.unlink(missing_ok=True)
 
 
-def _flush(path: Path, flags: int) -> None:
-    """Wait until a file, or the names in a folder, are on the disk."""
-    descriptor = os.open(path, flags)
+def flush(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk.  Raises OSError."""
+    # Windows wants the right to write for it, which nobody has for a folder.
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
     try:
         os.fsync(descriptor)
     finally:
@@ -118,6 +119,28 @@ class DataError(ValueError):
         return [f"DataError: {self}"]
 
 
+def written_path(path: str | os.PathLike) -> Path:
+    """A path as somebody wrote it, with ~ for the home folder, as a `Path`.
+
+    Raises
+    ------
+    DataError
+        When it names nobody's home, or holds what is no text: OpenCV's C code ends the
+        program for such a name.
+    """
+    try:
+        os.fspath(path).encode()
+    except UnicodeEncodeError:
+        shown = ascii(os.fspath(path)).strip("'")
+        remedy = "rename it, or choose a locale of UTF-8"
+        raise DataError(shown, "the name is not UTF-8", remedy) from None
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:
+        remedy = "check the spelling, or give the full path"
+        raise DataError(path, "no such home folder", remedy) from None
+
+
 def existing_file(path: str | os.PathLike) -> Path:
     """The path as a `Path`.
 
@@ -126,7 +149,7 @@ def existing_file(path: str | os.PathLike) -> Path:
     DataError
         When no such file exists.
     """
-    path = Path(path).expanduser()
+    path = written_path(path)
     if not path.is_file():
         raise DataError(
             path, "no such file", "check the spelling, or give the full path"
@@ -142,7 +165,7 @@ def existing_folder(path: str | os.PathLike) -> Path:
     DataError
         When no such folder exists.
     """
-    path = Path(path).expanduser()
+    path = written_path(path)
     if not path.is_dir():
         raise DataError(
             path, "no such folder", "check the spelling, or give the full path"

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from mkt import tracking
-from mkt.files import DataError, existing_file, whole
+from mkt.files import DataError, existing_file, whole, written_path
 from mkt.own_video.box import region_of
 from mkt.sequences import formats
 from mkt.sequences.video import IMAGES
@@ -129,10 +129,11 @@ def settled(
     ValueError
         Naming what is wrong; DataError for the video.
     """
-    path = Path(video).expanduser().resolve()
+    path = written_path(video)
     known = numbers_of(with_numbers(tracker, numbers or {}))
     place = tuple(float(number) for number in box)
-    return Settings(str(path), fingerprint(path), place, tracker, known, seed)
+    sha256 = fingerprint(path)  # it refuses what the next line cannot resolve
+    return Settings(str(path.resolve()), sha256, place, tracker, known, seed)
 
 
 def load(path: Path, video: Path | str | None = None) -> Settings:
@@ -152,7 +153,7 @@ def load(path: Path, video: Path | str | None = None) -> Settings:
     """
     path = existing_file(path)
     found = _checked(path, _parsed(path))
-    place = Path(video).expanduser() if video else path.parent / found.video
+    place = written_path(video or path.parent / found.video)
     if not place.exists():
         raise DataError(
             place,

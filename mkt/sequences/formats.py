@@ -29,7 +29,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mkt.files import DataError, existing_file, existing_folder
+from mkt.files import DataError, existing_file, existing_folder, written_path
 from mkt.regions import HX, HY, from_box, to_box
 from mkt.sequences.video import Frames, ImageFolder, VideoFile
 from mkt.tracking import Sequence
@@ -55,7 +55,7 @@ def video(path: str | os.PathLike, box: ArrayLike | None = None) -> Sequence:
         As `VideoFile` and `ImageFolder` do, and for a box without size or outside the
         image.
     """
-    path = Path(path).expanduser()
+    path = written_path(path)
     frames = ImageFolder(path) if path.is_dir() else VideoFile(path)
     truth = np.full((len(frames), 5), np.nan)
     visibility = np.full(len(frames), np.nan)
