@@ -3,7 +3,9 @@
 Only the standard library is used here, so that it starts on a bare Python.
 """
 
+import io
 import os
+import signal
 import sys
 
 OLDEST = (3, 11)
@@ -28,15 +30,20 @@ def main():
     from mkt.course import cli, environment
 
     args = cli.parse(sys.argv[1:])  # --help and mistyped commands end here
-    if environment.is_current():
-        return cli.run(args)
-    if args.command == "doctor" and not environment.is_made():
-        return cli.run(args)  # it is asked for where the set-up fails
-    environment.ensure()
-    return environment.become([str(environment.PYTHON), "-m", "mkt", *sys.argv[1:]])
+    with cli.door(args.command):
+        if environment.is_current():
+            return cli.run(args)
+        if args.command == "doctor" and not environment.is_made():
+            return cli.run(args)  # it is asked for where the set-up fails
+        environment.ensure()
+        return environment.become([str(environment.PYTHON), "-m", "mkt", *sys.argv[1:]])
 
 
 if __name__ == "__main__":
+    # What `timeout`, a batch system, a container or a logout sends is Ctrl-C to us.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # any name can be printed
     try:
         code = main()
         sys.stdout.flush()
