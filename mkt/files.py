@@ -7,13 +7,24 @@ this is imported before anything is installed.
 
 import importlib.metadata
 import os
+import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO
 from uuid import uuid4
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
 
 PACKAGE = Path(__file__).resolve().parent
 ROOT = PACKAGE.parent  # of the clone
+# Where the book and its locks are made.
+BUILD = Path(os.environ.get("MKT_BUILD") or ROOT / "_build").absolute()
+PATIENCE = 0.1  # [s] between two looks at a lock
 
 
 @contextmanager
@@ -80,8 +91,57 @@ def named(path: str | os.PathLike) -> Iterator[None]:
     except OSError as error:
         raise OSError(
             f"{path} cannot be written: {error.strerror or error}; "
-            "make room there, or choose another place"
+            f"make room there, or {_elsewhere(Path(path))}"
         ) from error
+
+
+def _elsewhere(path: Path) -> str:
+    """How to let a file be written to another place."""
+    kept = any(map(path.is_relative_to, (ROOT / ".cache", BUILD)))
+    where = "let MKT_CACHE and MKT_BUILD name folders of your own"
+    return where if kept else "choose another place"
+
+
+@contextmanager
+def alone(lock: Path, what: str) -> Iterator[None]:
+    """Let one program at a time do what is inside the ``with``; the others wait.
+
+    The system frees the lock of a program that ends in whatever way.
+
+    Parameters
+    ----------
+    lock : Path
+        A file that stays, empty; its folder is made where there is none.
+    what : str
+        What is done, for those who wait: "set-up".
+
+    Raises
+    ------
+    OSError
+        When the file cannot be opened.
+    """
+    with named(lock):
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        file = lock.open("ab")
+    with file:
+        if not _locked(file):
+            waiting = f"Another {what} is under way in {lock.parent}; waiting for it."
+            print(waiting, file=sys.stderr, flush=True)
+            while not _locked(file):
+                time.sleep(PATIENCE)
+        yield
+
+
+def _locked(file: IO) -> bool:
+    """Whether an open file is locked for this program now, and for no other one."""
+    try:
+        if sys.platform == "win32":
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
+        return False
+    return True
 
 
 class DataError(ValueError):
