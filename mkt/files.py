@@ -172,7 +172,8 @@ class DataError(ValueError):
     def __str__(self) -> str:
         path, what, remedy, line = self.args
         place = path if line is None else f"{path}, line {line}"
-        return f"{place}: {what}; {remedy}"
+        # One line a message, whatever stands in a name.
+        return " ".join(f"{place}: {what}; {remedy}".splitlines())
 
     def _render_traceback_(self) -> list[str]:
         """What a notebook shows: the message alone, since the code is not at fault."""

@@ -9,8 +9,9 @@ Explained in notebook 03.
 
 import hashlib
 import json
-import math
 import platform
+import reprlib
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.metadata import version
@@ -166,7 +167,7 @@ def load(path: Path, video: Path | str | None = None) -> Settings:
         raise DataError(
             place,
             f"not the video of {path.name}: its sha256 is {sha256[:12]}..., "
-            f"not {str(found.sha256)[:12]}...",
+            f"not {found.sha256[:12]}...",
             "take the very file that was tracked, or draw the box in this one",
         )
     return replace(found, video=str(place.resolve()))
@@ -183,6 +184,8 @@ def _parsed(path: Path) -> Any:
             "not text in UTF-8",
             "give the .json file that was written beside the video",
         ) from None
+    except (ValueError, RecursionError):  # thousands of digits, or of brackets
+        raise DataError(path, "a number or a list in it is too long", AGAIN) from None
 
 
 def _checked(path: Path, values: Any) -> Settings:
@@ -196,14 +199,15 @@ def _checked(path: Path, values: Any) -> Settings:
         if not possible(values[name]):
             raise DataError(
                 path,
-                f"{name} is {values[name]!r}, which it cannot be",
+                f"{name} is {reprlib.repr(values[name])}, which it cannot be",
                 f"correct it, or {AGAIN}",
             )
     return Settings(**values | {"box": tuple(values["box"])})
 
 
 def _finite(value: Any) -> bool:
-    return type(value) in (int, float) and math.isfinite(value)
+    # Not isfinite, which cannot take a whole number beyond the range of floats.
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 
 def _is_box(value: Any) -> bool:
@@ -222,11 +226,18 @@ def _is_text(value: Any) -> bool:
     return isinstance(value, str)
 
 
+def _are_texts(value: Any) -> bool:
+    return isinstance(value, dict) and all(map(_is_text, value.values()))
+
+
 _POSSIBLE = {
+    "video": _is_text,
+    "sha256": _is_text,
     "box": _is_box,
+    "tracker": _is_text,
     "numbers": _are_numbers,
     "seed": _is_seed,
-    "video": _is_text,
+    "versions": _are_texts,
 }
 
 

@@ -182,6 +182,8 @@ MISTAKES = [
         "or choose one of pf-1",
     ),
     (("FILE", "--particles", "0"), "particles is 0; there must be at least 1"),
+    (("FILE", "--particles", "2000000"), "n is 2000000; it must be a whole number"),
+    (("FILE", "--particles", "9" * 20), "at least 1 and at most 100000"),
     (
         ("FILE", "--box", "1,2,3"),
         "--box 1,2,3: give four or five numbers x,y,w,h[,angle]",
