@@ -58,8 +58,6 @@ def video_writer(
         When the file cannot be written.
     """
     codec = cv2.VideoWriter.fourcc(*CODECS[Path(path).suffix.lower()])
-    # OpenCV's own lines on lost frames: one sentence of ours is enough.
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
     with quiet():
         writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, codec, fps, size)
     if not writer.isOpened():
