@@ -24,6 +24,7 @@ PACKAGE = Path(__file__).resolve().parent
 ROOT = PACKAGE.parent  # of the clone
 # Where the book and its locks are made.
 BUILD = Path(os.environ.get("MKT_BUILD") or ROOT / "_build").absolute()
+ELSEWHERE = "let MKT_CACHE and MKT_BUILD name folders of your own"
 PATIENCE = 0.1  # [s] between two looks at a lock
 
 
@@ -98,8 +99,7 @@ def named(path: str | os.PathLike) -> Iterator[None]:
 def _elsewhere(path: Path) -> str:
     """How to let a file be written to another place."""
     kept = any(map(path.is_relative_to, (ROOT / ".cache", BUILD)))
-    where = "let MKT_CACHE and MKT_BUILD name folders of your own"
-    return where if kept else "choose another place"
+    return ELSEWHERE if kept else "choose another place"
 
 
 @contextmanager

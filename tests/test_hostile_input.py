@@ -210,7 +210,7 @@ def test_figure_with_any_words(tmp_path, id, name, value):
         cli.run(cli.parse(["figure", *words]))
 
 
-@SAME_FOLDER
+@settings(SAME_FOLDER, max_examples=25)  # each draws a figure
 @given(value=ANY_WORD)
 def test_a_figure_with_any_value(tmp_path, value):
     words = ["figure", FIGURE, "-ox.csv", "--set", f"span={value}"]

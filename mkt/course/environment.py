@@ -38,6 +38,11 @@ NO_VENV = """\
 This Python lacks the modules venv and ensurepip.
 On Debian or Ubuntu: sudo apt install python3-venv
 (or python{}.{}-venv), on Fedora: sudo dnf install python3-pip.  Then run this again."""
+READ_ONLY = (
+    "{} cannot be written, and has no environment for this Python.  Clone into a "
+    "folder of your own, or let whoever keeps this one set it up for all, as in "
+    "README.md."
+)
 NO_NETWORK = """\
 The packages could not be fetched: this first step needs a network connection
 (or a proxy or mirror that pip is told of).
@@ -90,6 +95,8 @@ def has_installer() -> bool:
 def ensure() -> None:
     """Make ``.venv``, or renew it, unless it is as wanted already."""
     if not (is_made() and PYTHON.exists()):
+        if not os.access(ROOT, os.W_OK):
+            sys.exit(READ_ONLY.format(ROOT))
         with alone(LOCK, "set-up"):
             make()
 

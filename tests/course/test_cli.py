@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from mkt import files
 from mkt.course import cli
 from mkt.course.commands import lab
 from mkt.course.figure_arguments import parameters
@@ -244,6 +245,26 @@ def test_figure_list_names_every_figure_and_every_parameter(capsys):
     assert "Numbers need not be" in listed and "n means" not in listed
     run("figure", "own.run", "--list")
     assert "n means particles" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "name, work", [("book", "mkt.course.book.build"), ("test", "pytest.main")]
+)
+def test_book_and_tests_are_made_by_one_program_at_a_time(
+    name, work, tmp_path, monkeypatch
+):
+    taken = []
+
+    def look(*_):
+        with (tmp_path / f"{name}.lock").open("ab") as again:
+            taken.append(not files._locked(again))
+        return tmp_path
+
+    monkeypatch.setattr(f"mkt.course.commands.{name}.BUILD", tmp_path)
+    monkeypatch.setattr(work, look)
+    monkeypatch.chdir(tmp_path)  # `test` goes to the clone
+    run(name)
+    assert taken == [True]
 
 
 # The door
