@@ -16,6 +16,17 @@ and call it by name, for example: python3.11 -m mkt book"""
 STOPPED = "\nStopped.  Nothing is half made; the next run takes up what is missing."
 
 
+def prepare():
+    """Set what is the program's to set, and not the library's."""
+    # What `timeout`, a batch system or a container sends is Ctrl-C to us.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # any name can be printed
+    # What OpenCV and FFmpeg would remark on stderr, our errors say in a sentence.
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+
+
 def main():
     """Check the Python and the words, see to the environment, run the command in it.
 
@@ -40,10 +51,12 @@ def main():
 
 
 if __name__ == "__main__":
-    # What `timeout`, a batch system, a container or a logout sends is Ctrl-C to us.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # any name can be printed
+    prepare()
+    # What OpenCV and FFmpeg would remark on the terminal, our errors say in a sentence.
+    os.environ |= {
+        "OPENCV_LOG_LEVEL": "ERROR",
+        "OPENCV_FFMPEG_LOGLEVEL": "-8",
+    } | os.environ
     try:
         code = main()
         sys.stdout.flush()

@@ -222,7 +222,6 @@ def test_a_video_without_room_is_said(ending, noise, tmp_path, capfd):
     said = "(only .* of 40 frames|frame .*) could (not )?be written; make room there"
     with room_for(30_000), pytest.raises(OSError, match=rf"full{ending}: {said}"):
         recorded(noise, tmp_path / f"full{ending}")
-    assert "Failed to write" not in capfd.readouterr().err
     assert recorded(noise, tmp_path / f"found{ending}") == 40
 
 

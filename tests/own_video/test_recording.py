@@ -6,6 +6,8 @@ Mistakes are answered in a sentence, and one frame at a time is in memory.
 import csv
 import gc
 import json
+import subprocess
+import sys
 import weakref
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,6 +18,7 @@ import pytest
 
 from mkt.course import cli
 from mkt.evaluation import overlap
+from mkt.files import ROOT
 from mkt.own_video import overlay, recording
 from mkt.plotting import CURRENT, DESIRED
 from mkt.regions import corners, from_box, to_box
@@ -246,6 +249,20 @@ def test_a_loop_of_links_is_no_video(box, tmp_path, monkeypatch):
     (tmp_path / "loop.mkv").symlink_to("loop.mkv")
     with pytest.raises(SystemExit, match="loop.mkv: no such file; check the spelling"):
         run("loop.mkv", *box)
+
+
+@pytest.mark.parametrize("start", [b"\x1aE\xdf\xa3", b"RIFF", b"nonsense"])
+def test_what_is_no_video_is_said_by_us_alone(start, tmp_path):
+    (tmp_path / "x.mkv").write_bytes(start + bytes(500))
+    done = subprocess.run(
+        [sys.executable, "-m", "mkt", "track", tmp_path / "x.mkv"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    [line] = done.stderr.splitlines()
+    assert "x.mkv: not a video, or cut short; download it again" in line
 
 
 @pytest.mark.parametrize("ending", [".avi", ".csv", ".json"])

@@ -265,9 +265,3 @@ def test_a_damaged_mot_file_is_named(row, what, remedy, line, tmp_path):
 def test_ids_of_mot_may_be_large(tmp_path):
     folder = mot_folder(tmp_path, "1,9999999999,11,13,20,10,1,1,1")
     assert len(mot(folder, 9999999999)) == 4
-
-
-def test_what_is_refused_is_said_by_us_alone(videos, tmp_path, capfd):
-    for suffix, content in videos.items():
-        assert opened(tmp_path / f"head{suffix}", content[:200]) == 0
-    assert capfd.readouterr().err == ""
