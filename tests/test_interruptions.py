@@ -22,6 +22,7 @@ from mkt.experiments import sweep as sweeps
 from mkt.experiments.sweep import Job, known, sweep, write_table
 from mkt.files import ROOT, named, whole
 from mkt.own_video import recording
+from mkt.own_video.settings import Settings
 from mkt.regions import from_box
 from mkt.scenes.drawn import Drawn
 from mkt.sequences.video import VideoFile
@@ -204,6 +205,9 @@ class Still:
         return state, {"region": state, "score": 0.5, "lost": False}
 
 
+STILL = Settings("noise", "of no file", (10.0, 10.0, 20.0, 20.0, 0.0), "still")
+
+
 @pytest.fixture(scope="module")
 def noise():
     """Frames that no codec makes small."""
@@ -214,7 +218,7 @@ def noise():
 
 def recorded(clip, output):
     """Track in a clip and write the files; returns how many frames were written."""
-    return recording.record(recording.begun(Still(), clip), clip, output)
+    return recording.record(recording.begun(Still(), clip), clip, output, STILL)
 
 
 @pytest.mark.parametrize("ending", CODECS)
@@ -235,9 +239,10 @@ def test_a_full_disk_ends_the_track_at_once(noise, tmp_path):
     assert 0 < rows < len(frames) / 2
 
 
-def test_a_table_of_a_video_without_room_is_said(noise, tmp_path, capfd):
+@pytest.mark.parametrize("room", [10, 1000])
+def test_a_table_of_a_video_without_room_is_said(room, noise, tmp_path, capfd):
     said = "found.csv cannot be written: .*; make room there"
-    with room_for(1000), pytest.raises(OSError, match=said):
+    with room_for(room), pytest.raises(OSError, match=said):
         recorded(noise, tmp_path / "found.webm")
 
 

@@ -1,4 +1,4 @@
-"""A track as files: a video with what was found drawn into it, and a table beside it.
+"""A track as files: a video with what was found drawn into it, a table, the settings.
 
 `record` writes both as a target is followed; a `Recorder` does so for whoever runs the
 loop.  Only one frame at a time is in memory.  Nothing that is there already is ever
@@ -21,6 +21,7 @@ from tqdm import tqdm
 
 from mkt.files import DataError, flush, named, whole, written_path
 from mkt.own_video.overlay import annotated, pixel_grid
+from mkt.own_video.settings import Settings
 from mkt.sequences.video import VideoFile
 from mkt.sequences.writing import CODECS, quiet, video_writer
 from mkt.tracking import Info, Sequence, Tracker, follow
@@ -88,9 +89,9 @@ def free(output: Path) -> Path:
 
 
 class Recorder:
-    """The video and the table beside it, which ends in .csv, while they are written.
+    """The video, and table and settings beside it, while they are written.
 
-    Both are closed when its ``with`` ends, and are on the disk then.
+    All are closed when its ``with`` ends, and are on the disk then.
 
     Parameters
     ----------
@@ -98,8 +99,8 @@ class Recorder:
         Ends as one of `mkt.sequences.writing.CODECS`.
     clip : Sequence
         Whose frames will be given.
-    title : str
-        A word for the corner.
+    settings : Settings
+        What is tracked with; its tracker's name stands in the corner.
 
     Attributes
     ----------
@@ -112,17 +113,19 @@ class Recorder:
         When the files cannot be written, or when there is such a table already.
     """
 
-    def __init__(self, output: Path, clip: Sequence, title: str = ""):
+    def __init__(self, output: Path, clip: Sequence, settings: Settings):
         self.done = 0
-        self._title, self._output, self._files = title, Path(output), ExitStack()
+        self._title, self._output = settings.tracker, Path(output)
         size = clip.frames[0].shape[1::-1]
+        with self._named(), ExitStack() as opened:
+            _, table, chosen = files_of(self._output)
+            # Each row at once, for nobody can write it when the program is killed.
+            file = opened.enter_context(table.open("x", buffering=1, newline=""))
+            self._table = csv.writer(file)
+            self._table.writerow(COLUMNS)
+            self._files = opened.pop_all()
         with self._files as opened:
-            with self._named():
-                table = self._output.with_suffix(".csv")
-                # Each row at once, for nobody can write it when the program is killed.
-                file = opened.enter_context(table.open("x", buffering=1, newline=""))
-                self._table = csv.writer(file)
-                self._table.writerow(COLUMNS)
+            settings.save(chosen)
             self._writer = opened.enter_context(video_writer(output, size, clip.fps))
             self._files = opened.pop_all()
 
@@ -185,8 +188,10 @@ def begun(
     return chain([next(infos)], infos)
 
 
-def record(infos: Iterable[Info], clip: Sequence, output: Path, title: str = "") -> int:
-    """Write a video, and a table of the same name, as a target is followed.
+def record(
+    infos: Iterable[Info], clip: Sequence, output: Path, settings: Settings
+) -> int:
+    """Write video, table and settings of one name, as a target is followed.
 
     Ctrl-C ends it early.
 
@@ -194,7 +199,7 @@ def record(infos: Iterable[Info], clip: Sequence, output: Path, title: str = "")
     ----------
     infos : iterable
         Of `begun`: one for each frame, made when it is asked for.
-    output, clip, title
+    output, clip, settings
         As for `Recorder`.
 
     Returns
@@ -207,8 +212,8 @@ def record(infos: Iterable[Info], clip: Sequence, output: Path, title: str = "")
     OSError
         When the files cannot be written.
     """
-    with Recorder(output, clip, title) as recorder:
-        frames = tqdm(clip.frames, desc=title, unit="frame", disable=None)
+    with Recorder(output, clip, settings) as recorder:
+        frames = tqdm(clip.frames, desc=settings.tracker, unit="frame", disable=None)
         try:
             for frame, info in zip(frames, infos, strict=True):
                 recorder.add(frame, info)

@@ -20,6 +20,7 @@ from mkt.course import cli
 from mkt.evaluation import overlap
 from mkt.files import ROOT
 from mkt.own_video import overlay, recording
+from mkt.own_video.settings import Settings
 from mkt.plotting import CURRENT, DESIRED
 from mkt.regions import corners, from_box, to_box
 from mkt.sequences.video import VideoFile
@@ -297,6 +298,14 @@ def test_a_link_to_the_folder_of_images_is_that_folder(tmp_path):
         recording.checked_output(tmp_path / "link" / "x.avi", tmp_path / "images")
 
 
+def test_of_two_runs_under_one_name_at_once_the_second_is_refused(tmp_path):
+    record(Still(), 3, tmp_path / "x.avi")
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(OSError, match="x.csv cannot be written: File exists"):
+        record(Still(), 3, tmp_path / "x.avi")
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
 def test_a_second_run_takes_the_next_name(file, box, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for name in ("car-ssd.webm", "car-ssd-2.webm"):
@@ -371,7 +380,8 @@ def still_clip(length):
 def record(tracker, length, output):
     """Track in a still clip and write the files; returns how many frames there are."""
     clip = still_clip(length)
-    return recording.record(recording.begun(tracker, clip), clip, output)
+    chosen = Settings("still", "of no file", (10, 10, 20, 20, 0), "still")
+    return recording.record(recording.begun(tracker, clip), clip, output, chosen)
 
 
 def test_nothing_is_accumulated(tmp_path, monkeypatch):

@@ -128,8 +128,7 @@ def _track(args) -> int | None:
     output = _output(args, chosen.video)
     clip = chosen.sequence()
     infos = recording.begun(chosen.configured(), clip, chosen.seed)
-    chosen.save(output.with_suffix(".json"))
-    done = recording.record(infos, clip, output, chosen.tracker)
+    done = recording.record(infos, clip, output, chosen)
     print(*recording.files_of(output), sep="\n")
     changed = settings.changed_versions(chosen) if args.settings else ""
     if changed:
