@@ -3,7 +3,9 @@
 Only the standard library is used here, so that it starts on a bare Python.
 """
 
+import io
 import os
+import signal
 import sys
 
 OLDEST = (3, 11)
@@ -12,6 +14,17 @@ mkt needs Python 3.11 or later, and this is Python {}.{}.
 Install a newer one (python.org, or your system's packages)
 and call it by name, for example: python3.11 -m mkt book"""
 STOPPED = "\nStopped.  Nothing is half made; the next run takes up what is missing."
+
+
+def prepare():
+    """Set what is the program's to set, and not the library's."""
+    # What `timeout`, a batch system or a container sends is Ctrl-C to us.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # any name can be printed
+    # What OpenCV and FFmpeg would remark on stderr, our errors say in a sentence.
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
 
 def main():
@@ -28,15 +41,22 @@ def main():
     from mkt.course import cli, environment
 
     args = cli.parse(sys.argv[1:])  # --help and mistyped commands end here
-    if environment.is_current():
-        return cli.run(args)
-    if args.command == "doctor" and not environment.is_made():
-        return cli.run(args)  # it is asked for where the set-up fails
-    environment.ensure()
-    return environment.become([str(environment.PYTHON), "-m", "mkt", *sys.argv[1:]])
+    with cli.door(args.command):
+        if environment.is_current():
+            return cli.run(args)
+        if args.command == "doctor" and not environment.is_made():
+            return cli.run(args)  # it is asked for where the set-up fails
+        environment.ensure()
+        return environment.become([str(environment.PYTHON), "-m", "mkt", *sys.argv[1:]])
 
 
 if __name__ == "__main__":
+    prepare()
+    # What OpenCV and FFmpeg would remark on the terminal, our errors say in a sentence.
+    os.environ |= {
+        "OPENCV_LOG_LEVEL": "ERROR",
+        "OPENCV_FFMPEG_LOGLEVEL": "-8",
+    } | os.environ
     try:
         code = main()
         sys.stdout.flush()

@@ -12,6 +12,7 @@ from mkt.regions import HX, HY, as_regions
 from mkt.types import ArrayLike, Frame, Region
 
 HUGE = 1e9  # px: squares of half axes beyond it lose the digits that count
+MOST = 100_000  # of anything counted, such as particles: a frame then takes seconds
 LONGEST = 32_766  # px a side, and samples: cv2.remap counts with 16 bits and a sign
 
 
@@ -51,13 +52,19 @@ def shares(specification: Any, *fields: str) -> None:
 
 
 def counts(specification: Any, *fields: str) -> None:
-    """Refuse a field that is not a whole number of at least 1."""
+    """Refuse a field that is not a whole number of at least 1 and at most `MOST`."""
     for field in fields:
         value = getattr(specification, field)
-        if not (isinstance(value, int | np.integer) and value >= 1):
+        if not (isinstance(value, int | np.integer) and 1 <= value <= MOST):
             raise ValueError(
-                f"{field} is {value!r}; it must be a whole number, at least 1"
+                f"{field} is {value!r}; it must be a whole number, at least 1 and at "
+                f"most {MOST}"
             )
+
+
+def in_words(region: ArrayLike) -> str:
+    """A region, or a part of one, as it stands in a message: on one line, short."""
+    return f"({', '.join(f'{number:.5g}' for number in np.ravel(region))})"
 
 
 def checked_frame(frame: ArrayLike) -> Frame:
@@ -100,17 +107,18 @@ def checked_region(region: ArrayLike) -> Region:
         )
     if not np.isfinite(region).all():
         raise ValueError(
-            f"the region {region} is not finite; "
+            f"the region {in_words(region)} is not finite; "
             "give five numbers (cx, cy, theta, hx, hy)"
         )
     # The product too: that of tiny axes may be rounded to 0.
     if min(*region[HX:], region[HX] * region[HY]) <= 0:
         raise ValueError(
-            f"the region {region} has no area; its half axes hx and hy must be positive"
+            f"the region {in_words(region)} has no area; "
+            "its half axes hx and hy must be positive"
         )
     if max(region[HX:]) > HUGE:
         raise ValueError(
-            f"the region {region} is larger than any image; "
+            f"the region {in_words(region)} is larger than any image; "
             "give its half axes hx and hy in pixels"
         )
     return region
@@ -126,7 +134,7 @@ def finite(region: Region) -> Region:
     """
     if not np.isfinite(region).all():
         raise ValueError(
-            f"the estimate {region} is not finite; check the state and the tracker's "
-            "motion, and start it again with init"
+            f"the estimate {in_words(region)} is not finite; "
+            "check the state and the tracker's motion, and start it again with init"
         )
     return region

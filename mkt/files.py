@@ -7,13 +7,25 @@ this is imported before anything is installed.
 
 import importlib.metadata
 import os
+import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO
 from uuid import uuid4
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
 
 PACKAGE = Path(__file__).resolve().parent
 ROOT = PACKAGE.parent  # of the clone
+# Where the book and its locks are made.
+BUILD = Path(os.environ.get("MKT_BUILD") or ROOT / "_build").absolute()
+ELSEWHERE = "let MKT_CACHE and MKT_BUILD name folders of your own"
+PATIENCE = 0.1  # [s] between two looks at a lock
 
 
 @contextmanager
@@ -45,18 +57,19 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
     try:
         with named(path):
             yield half
-            _flush(half, os.O_RDWR)  # Windows wants the right to write for it
+            flush(half)
             half.replace(path)
         if os.name == "posix":
             with suppress(OSError):  # some network drives cannot; the file is there
-                _flush(path.parent, os.O_RDONLY)
+                flush(path.parent)
     finally:
         half.unlink(missing_ok=True)
 
 
-def _flush(path: Path, flags: int) -> None:
-    """Wait until a file, or the names in a folder, are on the disk."""
-    descriptor = os.open(path, flags)
+def flush(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk.  Raises OSError."""
+    # Windows wants the right to write for it, which nobody has for a folder.
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
     try:
         os.fsync(descriptor)
     finally:
@@ -79,8 +92,56 @@ def named(path: str | os.PathLike) -> Iterator[None]:
     except OSError as error:
         raise OSError(
             f"{path} cannot be written: {error.strerror or error}; "
-            "make room there, or choose another place"
+            f"make room there, or {_elsewhere(Path(path))}"
         ) from error
+
+
+def _elsewhere(path: Path) -> str:
+    """How to let a file be written to another place."""
+    kept = any(map(path.is_relative_to, (ROOT / ".cache", BUILD)))
+    return ELSEWHERE if kept else "choose another place"
+
+
+@contextmanager
+def alone(lock: Path, what: str) -> Iterator[None]:
+    """Let one program at a time do what is inside the ``with``; the others wait.
+
+    The system frees the lock of a program that ends in whatever way.
+
+    Parameters
+    ----------
+    lock : Path
+        A file that stays, empty; its folder is made where there is none.
+    what : str
+        What is done, for those who wait: "set-up".
+
+    Raises
+    ------
+    OSError
+        When the file cannot be opened.
+    """
+    with named(lock):
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        file = lock.open("ab")
+    with file:
+        if not _locked(file):
+            waiting = f"Another {what} is under way in {lock.parent}; waiting for it."
+            print(waiting, file=sys.stderr, flush=True)
+            while not _locked(file):
+                time.sleep(PATIENCE)
+        yield
+
+
+def _locked(file: IO) -> bool:
+    """Whether an open file is locked for this program now, and for no other one."""
+    try:
+        if sys.platform == "win32":
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
+        return False
+    return True
 
 
 class DataError(ValueError):
@@ -111,11 +172,34 @@ class DataError(ValueError):
     def __str__(self) -> str:
         path, what, remedy, line = self.args
         place = path if line is None else f"{path}, line {line}"
-        return f"{place}: {what}; {remedy}"
+        # One line a message, whatever stands in a name.
+        return " ".join(f"{place}: {what}; {remedy}".splitlines())
 
     def _render_traceback_(self) -> list[str]:
         """What a notebook shows: the message alone, since the code is not at fault."""
         return [f"DataError: {self}"]
+
+
+def written_path(path: str | os.PathLike) -> Path:
+    """A path as somebody wrote it, with ~ for the home folder, as a `Path`.
+
+    Raises
+    ------
+    DataError
+        When it names nobody's home, or holds what is no text: OpenCV's C code ends the
+        program for such a name.
+    """
+    try:
+        os.fspath(path).encode()
+    except UnicodeEncodeError:
+        shown = ascii(os.fspath(path)).strip("'")
+        remedy = "rename it, or choose a locale of UTF-8"
+        raise DataError(shown, "the name is not UTF-8", remedy) from None
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:
+        remedy = "check the spelling, or give the full path"
+        raise DataError(path, "no such home folder", remedy) from None
 
 
 def existing_file(path: str | os.PathLike) -> Path:
@@ -126,7 +210,7 @@ def existing_file(path: str | os.PathLike) -> Path:
     DataError
         When no such file exists.
     """
-    path = Path(path).expanduser()
+    path = written_path(path)
     if not path.is_file():
         raise DataError(
             path, "no such file", "check the spelling, or give the full path"
@@ -142,7 +226,7 @@ def existing_folder(path: str | os.PathLike) -> Path:
     DataError
         When no such folder exists.
     """
-    path = Path(path).expanduser()
+    path = written_path(path)
     if not path.is_dir():
         raise DataError(
             path, "no such folder", "check the spelling, or give the full path"

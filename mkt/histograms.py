@@ -33,7 +33,7 @@ import cv2
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix
 
-from mkt.checks import LONGEST, checked_region
+from mkt.checks import LONGEST, checked_region, in_words
 from mkt.colors import BinImage
 from mkt.kernels import Kernels
 from mkt.regions import as_regions, warp_matrices
@@ -386,7 +386,7 @@ def learn(image: BinImage, region: ArrayLike, kernels: Kernels) -> Target:
     q = histograms(image, fitted, region)[0]
     if not q.any(-1).all():
         raise ValueError(
-            f"part of the region {np.round(region, 1)} lies outside the image; "
+            f"part of the region {in_words(region)} lies outside the image; "
             "choose a box inside it"
         )
     return Target(fitted, q)

@@ -30,9 +30,9 @@ def kinds(specification, field):
         (checks.shares, [0, 1, 0.5], [-0.1, 1.1, np.nan], "between 0 and 1"),
         (
             checks.counts,
-            [1, np.int64(5)],
-            [0, -1, 1.0, "3", np.nan],
-            "it must be a whole number, at least 1",
+            [1, np.int64(5), 100_000],
+            [0, -1, 1.0, "3", np.nan, 100_001, 10**400],
+            "it must be a whole number, at least 1 and at most 100000",
         ),
     ],
 )
@@ -94,3 +94,11 @@ def test_an_estimate_that_is_not_finite_is_refused():
     assert finite(region) is region
     with pytest.raises(ValueError, match="the estimate .* is not finite; check the"):
         finite(region * [1, 1, np.nan, 1, 1])
+
+
+def test_a_region_in_a_message_is_short_and_on_one_line():
+    region = np.array([2.14748365e9, 9.00719925e15, 1 / 3, 5.0, np.inf])
+    with pytest.raises(ValueError) as caught:
+        checked_region(region)
+    said = "the region (2.1475e+09, 9.0072e+15, 0.33333, 5, inf) is not finite; "
+    assert str(caught.value).startswith(said)

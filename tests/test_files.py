@@ -2,10 +2,20 @@
 
 import os
 import stat
+import subprocess
+import sys
 
 import pytest
 
-from mkt.files import DataError, existing_file, existing_folder, whole
+from mkt.files import (
+    ROOT,
+    DataError,
+    alone,
+    existing_file,
+    existing_folder,
+    named,
+    whole,
+)
 
 POSIX = os.name == "posix"
 
@@ -76,3 +86,65 @@ def test_existing_paths_may_begin_at_home(tmp_path, monkeypatch):
     for check, path in ((existing_file, "~"), (existing_folder, "~/a.txt")):
         with pytest.raises(DataError, match="no such .*; check the spelling, or give"):
             check(path)
+
+
+@pytest.mark.parametrize("name", [".cache/runs/x.json", "_build/html.fresh"])
+def test_who_may_not_write_into_the_clone_learns_where_else(name):
+    said = "Permission denied; .* let MKT_CACHE and MKT_BUILD name folders of your own"
+    with pytest.raises(OSError, match=said), named(ROOT / name):
+        raise OSError(13, "Permission denied")
+
+
+# One at a time
+
+HOLD = """
+import sys, time
+from pathlib import Path
+from mkt.files import alone
+with alone(Path(sys.argv[1]), "book"):
+    print("mine", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def hold(tmp_path):
+    """A way to start programs that hold one lock till their stdin is closed."""
+    programs = []
+
+    def start():
+        pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+        words = [sys.executable, "-c", HOLD, tmp_path / "new" / "lock"]
+        programs.append(subprocess.Popen(words, cwd=ROOT, text=True, **pipes))
+        return programs[-1]
+
+    yield start
+    for program in programs:
+        program.kill()
+        program.communicate()
+
+
+def test_a_second_program_says_so_and_waits(hold, tmp_path):
+    first = hold()
+    assert first.stdout.readline() == "mine\n"
+    second = hold()
+    said = f"Another book is under way in {tmp_path / 'new'}; waiting for it.\n"
+    assert second.stderr.readline() == said
+    first.communicate("")
+    assert second.stdout.readline() == "mine\n"
+
+
+def test_a_killed_holder_blocks_nobody(hold, tmp_path, capsys):
+    first = hold()
+    assert first.stdout.readline() == "mine\n"
+    first.kill()
+    first.wait()
+    with alone(tmp_path / "new" / "lock", "book"):
+        assert capsys.readouterr().err == ""
+
+
+def test_a_lock_that_cannot_be_opened_is_named(tmp_path):
+    (tmp_path / "lock").mkdir()
+    with pytest.raises(OSError, match=r"lock cannot be written: Is a directory"):
+        with alone(tmp_path / "lock", "book"):
+            pass

@@ -22,9 +22,11 @@ from mkt.experiments import sweep as sweeps
 from mkt.experiments.sweep import Job, known, sweep, write_table
 from mkt.files import ROOT, named, whole
 from mkt.own_video import recording
+from mkt.own_video.settings import Settings
 from mkt.regions import from_box
 from mkt.scenes.drawn import Drawn
-from mkt.sequences.writing import CODECS
+from mkt.sequences.video import VideoFile
+from mkt.sequences.writing import CODECS, video_writer
 from mkt.trackers.ssd import SSD
 from mkt.tracking import Sequence
 
@@ -75,12 +77,13 @@ def started():
 
 def wait_for_rows(kept, count, process):
     """Wait until there are so many files of rows, or the program has ended."""
+    wait_until(process, lambda: len(list(kept.rglob("*.json"))) >= count)
+
+
+def wait_until(process, there):
+    """Wait until something is there, or the program has ended."""
     end = time.monotonic() + 60
-    while (
-        len(list(kept.rglob("*.json"))) < count
-        and process.poll() is None
-        and time.monotonic() < end
-    ):
+    while not there() and process.poll() is None and time.monotonic() < end:
         time.sleep(0.0005)
 
 
@@ -202,6 +205,9 @@ class Still:
         return state, {"region": state, "score": 0.5, "lost": False}
 
 
+STILL = Settings("noise", "of no file", (10.0, 10.0, 20.0, 20.0, 0.0), "still")
+
+
 @pytest.fixture(scope="module")
 def noise():
     """Frames that no codec makes small."""
@@ -210,19 +216,34 @@ def noise():
     return Sequence("noise", list(frames), truth, np.ones(40))
 
 
+def recorded(clip, output):
+    """Track in a clip and write the files; returns how many frames were written."""
+    return recording.record(recording.begun(Still(), clip), clip, output, STILL)
+
+
 @pytest.mark.parametrize("ending", CODECS)
 def test_a_video_without_room_is_said(ending, noise, tmp_path, capfd):
-    output = tmp_path / f"found{ending}"
-    said = rf"found{ending}: only \d+ of 40 frames could be written; make room there"
-    with room_for(30_000), pytest.raises(OSError, match=said):
-        recording.record(Still(), noise, output)
-    assert recording.record(Still(), noise, output) == 40  # there is room again
+    said = "(only .* of 40 frames|frame .*) could (not )?be written; make room there"
+    with room_for(30_000), pytest.raises(OSError, match=rf"full{ending}: {said}"):
+        recorded(noise, tmp_path / f"full{ending}")
+    assert recorded(noise, tmp_path / f"found{ending}") == 40
 
 
-def test_a_table_of_a_video_without_room_is_said(noise, tmp_path, capfd):
+def test_a_full_disk_ends_the_track_at_once(noise, tmp_path):
+    frames = 60 * list(noise.frames)  # more than the encoder holds back
+    truth, seen = np.tile(noise.truth, (60, 1)), np.ones(len(frames))
+    long = Sequence("long", frames, truth, seen)
+    with room_for(200_000), pytest.raises(OSError, match="frame .* could not be"):
+        recorded(long, tmp_path / "full.mkv")
+    rows = (tmp_path / "full.csv").read_text().count("\n") - 1
+    assert 0 < rows < len(frames) / 2
+
+
+@pytest.mark.parametrize("room", [10, 1000])
+def test_a_table_of_a_video_without_room_is_said(room, noise, tmp_path, capfd):
     said = "found.csv cannot be written: .*; make room there"
-    with room_for(1000), pytest.raises(OSError, match=said):
-        recording.record(Still(), noise, tmp_path / "found.webm")
+    with room_for(room), pytest.raises(OSError, match=said):
+        recorded(noise, tmp_path / "found.webm")
 
 
 def test_an_executed_notebook_without_room_is_said_and_the_others_are_kept(
@@ -253,3 +274,52 @@ def test_a_book_without_room_ends_with_the_sentence(monkeypatch):
         "mkt book: index.html cannot be written: No space left on device; "
         "make room there, or choose another place"
     )
+
+
+# A track, in a program of its own
+
+
+BLOWS = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+
+
+@pytest.fixture(scope="module")
+def long_video(tmp_path_factory):
+    """A video of noise, of which much is written however much the encoder holds."""
+    path = tmp_path_factory.mktemp("video") / "noise.avi"
+    frame = np.random.default_rng(0).integers(0, 256, (240, 320, 3), np.uint8)
+    with video_writer(path, (320, 240), 25) as writer:
+        for k in range(400):
+            writer.write(np.roll(frame, k, 1))
+    return path
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+@pytest.mark.parametrize("ending", CODECS)
+@pytest.mark.parametrize("blow", BLOWS, ids=lambda blow: blow.name)
+def test_a_track_stopped_at_any_moment_leaves_files_of_one_run(
+    blow, ending, long_video, tmp_path
+):
+    output = tmp_path / f"x{ending}"
+    words = ["track", long_video, "--box", "40,40,80,60", "--tracker", "ssd"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mkt", *words, "-o", output],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    table = output.with_suffix(".csv")
+    wait_until(process, lambda: table.exists() and len(table.read_bytes()) > 2000)
+    process.send_signal(blow)
+    said = process.communicate(timeout=60)[1]
+    rows = table.read_text().splitlines()[1:]
+    assert all(row.count(",") == 7 for row in rows)
+    assert json.loads(output.with_suffix(".json").read_text())["tracker"] == "ssd"
+    if blow == signal.SIGKILL:
+        assert process.returncode == -blow
+        frames = len(VideoFile(output)) if output.stat().st_size else 0
+        assert frames <= len(rows)
+    else:
+        assert process.returncode == 130 and "Traceback" not in said
+        assert f"stopped: {len(rows)} of 400 frames are in both" in said
+        assert len(VideoFile(output)) == len(rows) < 400

@@ -1,11 +1,15 @@
 """The command line of ``python3 -m mkt``: which commands there are, and one door out.
 
-Reading order: `parser`, `parse`, `run`.
+Reading order: `parser`, `parse`, `run`, `door`.
 """
 
 import argparse
+import platform
 import sys
-from collections.abc import Sequence
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from tempfile import NamedTemporaryFile
 
 from mkt.course.commands import (
     bench,
@@ -23,6 +27,14 @@ from mkt.course.commands import (
 # In the order in which --help names them.
 COMMANDS = (book, test, lab, figure, claims, track, bench, data, doctor, labs)
 HANDING_ON = ("test", "lab")  # their unknown words go to pytest and to JupyterLab
+TOO_LARGE = (
+    "there is not enough memory for this; choose smaller numbers, or close other "
+    "programs"
+)
+FAULT = (
+    "a fault of mkt itself ({}).  Please send {} to those who look after it; "
+    "SECURITY.md says where"
+)
 NOTE = (
     "The first command sets up .venv from environment.txt (a minute or two; with uv "
     "installed, seconds)."
@@ -62,13 +74,43 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
 
 
 def run(args: argparse.Namespace) -> int | None:
-    """Run a parsed command; returns the exit code, None for 0.
+    """Run a parsed command; returns the exit code, None for 0."""
+    with door(args.command):
+        return args.run(args)
 
-    Input that cannot be used ends the program with one line.
+
+@contextmanager
+def door(command: str) -> Iterator[None]:
+    """The way out for every error: the program ends with one sentence.
+
+    Input that cannot be used is a ValueError or an OSError, whose message says what to
+    do.  Any other is a fault of ours.
     """
     try:
-        return args.run(args)
+        yield
     except BrokenPipeError:  # a reader who has read enough, see mkt/__main__.py
         raise
     except (ValueError, OSError) as error:
-        sys.exit(f"mkt {args.command}: {error}")
+        sys.exit(f"mkt {command}: {error}")
+    except MemoryError:
+        sys.exit(f"mkt {command}: {TOO_LARGE}")
+    except Exception as error:
+        sys.exit(f"mkt {command}: {FAULT.format(type(error).__name__, logged())}")
+
+
+def logged() -> str:
+    """Where the error that is being handled was written down, for those who mend it."""
+    text = "\n".join([platform.platform(), sys.version, *sys.argv])
+    try:
+        with NamedTemporaryFile(
+            "w",
+            prefix="mkt-",
+            suffix=".log",
+            encoding="utf-8",
+            errors="backslashreplace",
+            delete=False,
+        ) as file:
+            file.write(f"{text}\n\n{traceback.format_exc()}")
+    except OSError:
+        return "this line, for no log could be written,"
+    return file.name

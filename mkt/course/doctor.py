@@ -18,6 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from mkt.course import environment
+from mkt.files import ELSEWHERE
 
 FINE, NOTE, WRONG = "ok", "note", "wrong"
 ROOM = 2.0  # [GB] for the environment, the caches and the book
@@ -135,13 +136,11 @@ def _folder(root: Path) -> Iterator[Finding]:
         f"make room for {ROOM:g} GB, or move the checkout",
     )
     if not os.access(root, os.W_OK):
-        yield Finding(
-            WRONG,
-            "folder",
-            f"{root} cannot be written",
-            "clone into a folder of your own: environment, caches and book live beside "
-            "the code",
-        )
+        found = f"{root} cannot be written"
+        if environment.is_current():  # which somebody has set up for all
+            yield Finding(NOTE, "folder", found, ELSEWHERE)
+        else:
+            yield Finding(WRONG, "folder", found, "clone into a folder of your own")
 
 
 def virtual_environment() -> Iterator[Finding]:

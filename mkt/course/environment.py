@@ -16,9 +16,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-from mkt.files import ROOT
+from mkt.files import ROOT, alone, whole
 
 VENV = ROOT / ".venv"
+LOCK = ROOT / ".venv.lock"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 REQUIREMENTS = ROOT / "environment.txt"
 STAMP_NAME = "mkt-stamp"
@@ -37,6 +38,11 @@ NO_VENV = """\
 This Python lacks the modules venv and ensurepip.
 On Debian or Ubuntu: sudo apt install python3-venv
 (or python{}.{}-venv), on Fedora: sudo dnf install python3-pip.  Then run this again."""
+READ_ONLY = (
+    "{} cannot be written, and has no environment for this Python.  Clone into a "
+    "folder of your own, or let whoever keeps this one set it up for all, as in "
+    "README.md."
+)
 NO_NETWORK = """\
 The packages could not be fetched: this first step needs a network connection
 (or a proxy or mirror that pip is told of).
@@ -71,10 +77,13 @@ def is_made() -> bool:
 def stamp_of(environment: Path) -> str | None:
     """What an environment was made from.
 
-    It is the word for a half-made one, and None when this program did not make it.
+    It is the word for a half-made one, and None when this program did not make it, as
+    far as can be read.
     """
-    stamp = environment / STAMP_NAME
-    return stamp.read_text() if stamp.is_file() else None
+    try:
+        return (environment / STAMP_NAME).read_text("utf-8", "replace")
+    except OSError:
+        return None
 
 
 def has_installer() -> bool:
@@ -85,6 +94,15 @@ def has_installer() -> bool:
 
 def ensure() -> None:
     """Make ``.venv``, or renew it, unless it is as wanted already."""
+    if not (is_made() and PYTHON.exists()):
+        if not os.access(ROOT, os.W_OK):
+            sys.exit(READ_ONLY.format(ROOT))
+        with alone(LOCK, "set-up"):
+            make()
+
+
+def make() -> None:
+    """Make ``.venv``, or renew it, unless somebody else has done so meanwhile."""
     found = stamp_of(VENV)
     if found == wanted_stamp() and PYTHON.exists():
         return
@@ -120,20 +138,25 @@ def build(renew: bool) -> None:
     for number, (doing, command) in enumerate(work, 1):
         say(f"  {number}/{len(work)} {doing}")
         execute(command)
-    (VENV / STAMP_NAME).write_text(wanted_stamp())
+    mark(wanted_stamp())
     say("Set up.")
 
 
 def clear() -> None:
     """Empty ``.venv`` and mark it as unfinished; the mark stays while the rest goes."""
     VENV.mkdir(exist_ok=True)
-    stamp = VENV / STAMP_NAME
-    stamp.write_text(UNFINISHED)
+    mark(UNFINISHED)
     for path in VENV.iterdir():
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path)
-        elif path != stamp:
+        elif path.name != STAMP_NAME:
             path.unlink()
+
+
+def mark(stamp: str) -> None:
+    """Write what ``.venv`` was made from."""
+    with whole(VENV / STAMP_NAME) as half:
+        half.write_text(stamp)
 
 
 def steps(uv: str | None) -> list[Step]:
@@ -164,20 +187,24 @@ def execute(command: list[str]) -> None:
 
     Ends the program with a plain message when it fails.
     """
-    process = subprocess.Popen(
+    lines: list[str] = []
+    with subprocess.Popen(
         command,
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
         errors="replace",
-    )
-    lines: list[str] = []
-    for line in process.stdout or ():
-        lines.append(line)
-        if sys.stderr.isatty():
-            count(lines)
-    if process.wait():
+    ) as process:
+        try:
+            for line in process.stdout or ():
+                lines.append(line)
+                if sys.stderr.isatty():
+                    count(lines)
+        except KeyboardInterrupt:
+            process.kill()  # a SIGTERM has not reached it, as Ctrl-C has
+            raise
+    if process.returncode:
         fail("".join(lines[-12:]))
 
 

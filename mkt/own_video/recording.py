@@ -1,22 +1,27 @@
-"""A track as files: a video with what was found drawn into it, and a table beside it.
+"""A track as files: a video with what was found drawn into it, a table, the settings.
 
-`record` follows a target and writes both as it goes; a `Recorder` does so for whoever
-runs the loop.  Only one frame at a time is in memory, and what is written up to an
-interruption can be used.
+`record` writes both as a target is followed; a `Recorder` does so for whoever runs the
+loop.  Only one frame at a time is in memory.  Nothing that is there already is ever
+written over, so that a video, its table and its settings are always of one run.  A row
+is in the table before its frame is in the video: what is written up to an interruption
+can be used.  A program that is killed leaves all of its rows; the last frames of the
+video, which the encoder still held, are missing then.
 """
 
 import csv
-from collections.abc import Iterator
+import os
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
-from itertools import chain
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
-from mkt.files import DataError, named, whole
+from mkt.files import DataError, flush, named, whole, written_path
 from mkt.own_video.overlay import annotated, pixel_grid
+from mkt.own_video.settings import Settings
 from mkt.sequences.video import VideoFile
 from mkt.sequences.writing import CODECS, quiet, video_writer
 from mkt.tracking import Info, Sequence, Tracker, follow
@@ -40,9 +45,10 @@ def checked_output(output: Path | str, source: Path | str) -> Path:
     Raises
     ------
     ValueError
-        When it cannot be written, or would replace the source.
+        When it cannot be written, lies among the images of the source, or when there
+        is such a video, table or settings already, be it the source under another name.
     """
-    output = Path(output).expanduser()
+    output = written_path(output)
     if output.suffix.lower() not in CODECS:
         ending = output.suffix or "a file without an extension"
         raise ValueError(
@@ -52,19 +58,40 @@ def checked_output(output: Path | str, source: Path | str) -> Path:
         raise ValueError(
             f"-o {output}: no folder {output.parent}; create it, or choose another"
         )
-    taken = output.resolve(), output.parent.resolve()
-    if Path(source).expanduser().resolve() in taken:
+    if output.parent.samefile(source):
         raise ValueError(
-            f"-o {output}: this is the video to be tracked, or in the folder of its "
-            "images; choose another place"
+            f"-o {output}: this is the folder of the images to be tracked; "
+            "choose another place"
+        )
+    if taken := files_there(output):
+        raise ValueError(
+            f"-o {output}: {taken[0]} is there already and stays as it is; "
+            "move it away, or choose another name"
         )
     return output
 
 
-class Recorder:
-    """The video and the table beside it, which ends in .csv, while they are written.
+def files_of(output: Path) -> list[Path]:
+    """The video, its table and its settings."""
+    return [output, *map(output.with_suffix, (".csv", ".json"))]
 
-    Both are closed when its ``with`` ends.
+
+def files_there(output: Path) -> list[Path]:
+    """Those of a run's files whose names are taken, be it by a link to nowhere."""
+    return [path for path in files_of(output) if os.path.lexists(path)]
+
+
+def free(output: Path) -> Path:
+    """The path, with a number behind its stem where an earlier run has taken it."""
+    stem, ending = output.stem, output.suffix
+    further = (output.with_name(f"{stem}-{k}{ending}") for k in count(2))
+    return next(path for path in chain([output], further) if not files_there(path))
+
+
+class Recorder:
+    """The video, and table and settings beside it, while they are written.
+
+    All are closed when its ``with`` ends, and are on the disk then.
 
     Parameters
     ----------
@@ -72,8 +99,8 @@ class Recorder:
         Ends as one of `mkt.sequences.writing.CODECS`.
     clip : Sequence
         Whose frames will be given.
-    title : str
-        A word for the corner.
+    settings : Settings
+        What is tracked with; its tracker's name stands in the corner.
 
     Attributes
     ----------
@@ -83,20 +110,23 @@ class Recorder:
     Raises
     ------
     OSError
-        When the files cannot be written.
+        When the files cannot be written, or when there is such a table already.
     """
 
-    def __init__(self, output: Path, clip: Sequence, title: str = ""):
+    def __init__(self, output: Path, clip: Sequence, settings: Settings):
         self.done = 0
-        self._title, self._output, self._files = title, Path(output), ExitStack()
+        self._title, self._output = settings.tracker, Path(output)
         size = clip.frames[0].shape[1::-1]
+        with self._named(), ExitStack() as opened:
+            _, table, chosen = files_of(self._output)
+            # Each row at once, for nobody can write it when the program is killed.
+            file = opened.enter_context(table.open("x", buffering=1, newline=""))
+            self._table = csv.writer(file)
+            self._table.writerow(COLUMNS)
+            self._files = opened.pop_all()
         with self._files as opened:
+            settings.save(chosen)
             self._writer = opened.enter_context(video_writer(output, size, clip.fps))
-            with self._named():
-                table = self._output.with_suffix(".csv")
-                file = opened.enter_context(table.open("w", newline=""))
-                self._table = csv.writer(file)
-                self._table.writerow(COLUMNS)
             self._files = opened.pop_all()
 
     def __enter__(self) -> "Recorder":
@@ -105,6 +135,8 @@ class Recorder:
     def __exit__(self, kind: Any, *_: Any) -> None:
         with self._named():
             self._files.close()
+            for path in files_of(self._output)[:2]:
+                flush(path)
         if kind is None and self.done:
             _check_written(self._output, self.done)
 
@@ -131,7 +163,7 @@ class Recorder:
 def _check_written(path: Path, frames: int) -> None:
     """Raise OSError unless a video holds as many frames as were given to it.
 
-    OpenCV does not say when the disk is full.
+    OpenCV does not say when the disk is too full for those that it still held.
     """
     try:
         with quiet():
@@ -157,22 +189,17 @@ def begun(
 
 
 def record(
-    tracker: Tracker,
-    clip: Sequence,
-    output: Path,
-    seed: int = 0,
-    start: ArrayLike | None = None,
-    title: str = "",
+    infos: Iterable[Info], clip: Sequence, output: Path, settings: Settings
 ) -> int:
-    """Follow the target and write a video, and a table of the same name, as it goes.
+    """Write video, table and settings of one name, as a target is followed.
 
-    Ctrl-C ends it early.  Nothing is written when the tracker refuses the start.
+    Ctrl-C ends it early.
 
     Parameters
     ----------
-    tracker, clip, seed, start
-        As for `mkt.tracking.follow`.
-    output, title
+    infos : iterable
+        Of `begun`: one for each frame, made when it is asked for.
+    output, clip, settings
         As for `Recorder`.
 
     Returns
@@ -185,9 +212,8 @@ def record(
     OSError
         When the files cannot be written.
     """
-    infos = begun(tracker, clip, seed, start)
-    with Recorder(output, clip, title) as recorder:
-        frames = tqdm(clip.frames, desc=title, unit="frame", disable=None)
+    with Recorder(output, clip, settings) as recorder:
+        frames = tqdm(clip.frames, desc=settings.tracker, unit="frame", disable=None)
         try:
             for frame, info in zip(frames, infos, strict=True):
                 recorder.add(frame, info)

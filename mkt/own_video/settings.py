@@ -9,8 +9,9 @@ Explained in notebook 03.
 
 import hashlib
 import json
-import math
 import platform
+import reprlib
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.metadata import version
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from mkt import tracking
-from mkt.files import DataError, existing_file, whole
+from mkt.files import DataError, existing_file, whole, written_path
 from mkt.own_video.box import region_of
 from mkt.sequences import formats
 from mkt.sequences.video import IMAGES
@@ -129,10 +130,11 @@ def settled(
     ValueError
         Naming what is wrong; DataError for the video.
     """
-    path = Path(video).expanduser().resolve()
+    path = written_path(video)
     known = numbers_of(with_numbers(tracker, numbers or {}))
     place = tuple(float(number) for number in box)
-    return Settings(str(path), fingerprint(path), place, tracker, known, seed)
+    sha256 = fingerprint(path)  # it refuses what the next line cannot resolve
+    return Settings(str(path.resolve()), sha256, place, tracker, known, seed)
 
 
 def load(path: Path, video: Path | str | None = None) -> Settings:
@@ -152,7 +154,7 @@ def load(path: Path, video: Path | str | None = None) -> Settings:
     """
     path = existing_file(path)
     found = _checked(path, _parsed(path))
-    place = Path(video).expanduser() if video else path.parent / found.video
+    place = written_path(video or path.parent / found.video)
     if not place.exists():
         raise DataError(
             place,
@@ -165,7 +167,7 @@ def load(path: Path, video: Path | str | None = None) -> Settings:
         raise DataError(
             place,
             f"not the video of {path.name}: its sha256 is {sha256[:12]}..., "
-            f"not {str(found.sha256)[:12]}...",
+            f"not {found.sha256[:12]}...",
             "take the very file that was tracked, or draw the box in this one",
         )
     return replace(found, video=str(place.resolve()))
@@ -182,6 +184,8 @@ def _parsed(path: Path) -> Any:
             "not text in UTF-8",
             "give the .json file that was written beside the video",
         ) from None
+    except (ValueError, RecursionError):  # thousands of digits, or of brackets
+        raise DataError(path, "a number or a list in it is too long", AGAIN) from None
 
 
 def _checked(path: Path, values: Any) -> Settings:
@@ -195,14 +199,15 @@ def _checked(path: Path, values: Any) -> Settings:
         if not possible(values[name]):
             raise DataError(
                 path,
-                f"{name} is {values[name]!r}, which it cannot be",
+                f"{name} is {reprlib.repr(values[name])}, which it cannot be",
                 f"correct it, or {AGAIN}",
             )
     return Settings(**values | {"box": tuple(values["box"])})
 
 
 def _finite(value: Any) -> bool:
-    return type(value) in (int, float) and math.isfinite(value)
+    # Not isfinite, which cannot take a whole number beyond the range of floats.
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 
 def _is_box(value: Any) -> bool:
@@ -221,11 +226,18 @@ def _is_text(value: Any) -> bool:
     return isinstance(value, str)
 
 
+def _are_texts(value: Any) -> bool:
+    return isinstance(value, dict) and all(map(_is_text, value.values()))
+
+
 _POSSIBLE = {
+    "video": _is_text,
+    "sha256": _is_text,
     "box": _is_box,
+    "tracker": _is_text,
     "numbers": _are_numbers,
     "seed": _is_seed,
-    "video": _is_text,
+    "versions": _are_texts,
 }
 
 

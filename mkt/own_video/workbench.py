@@ -9,7 +9,6 @@ Explained in notebook 03.
 import asyncio
 import time
 from collections.abc import Awaitable, Callable
-from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from mkt.own_video import webcam
 from mkt.own_video.box import first_box, region_of
 from mkt.own_video.box_picker import BoxPicker
 from mkt.own_video.controls import Method, Report, Source
-from mkt.own_video.recording import Recorder, begun
+from mkt.own_video.recording import Recorder, begun, free
 from mkt.own_video.settings import Settings, settled
 from mkt.own_video.static import Finished
 from mkt.sequences.formats import video
@@ -149,14 +148,14 @@ class Workbench(ipywidgets.VBox):
         settings, clip = self.settings, self.clip
         start = region_of(settings.box, clip.frames[0])
         infos = begun(settings.configured(), clip, settings.seed, start)
-        output = self._free(settings.tracker)
-        with Recorder(output, clip, settings.tracker) as recorder:
+        FOLDER.mkdir(exist_ok=True)
+        output = free(FOLDER / f"{clip.name}-{settings.tracker}.webm")
+        with Recorder(output, clip, settings) as recorder:
             pictures = (
                 recorder.add(frame, info)
                 for frame, info in zip(clip.frames, infos, strict=True)
             )
             whole = await self.report.watch(pictures, len(clip), "tracking")
-        settings.save(output.with_suffix(".json"))
         self.output = output
         stopped = f"Stopped: {recorder.done} of {len(clip)} frames are in the files.  "
         self.report.finish(output, "" if whole else stopped)
@@ -167,14 +166,6 @@ class Workbench(ipywidgets.VBox):
         pictures = webcam.record(output, self.source.seconds.value)
         await self.report.watch(pictures, None, "recording")
         self.source.other.value = str(output)
-
-    def _free(self, word: str) -> Path:
-        """A path in FOLDER that no earlier run has taken."""
-        FOLDER.mkdir(exist_ok=True)
-        stem = f"{self.clip.name}-{word}"
-        further = (FOLDER / f"{stem}-{k}.webm" for k in count(2))
-        first = FOLDER / f"{stem}.webm"
-        return next(path for path in chain([first], further) if not path.exists())
 
 
 def _button(name: str, icon: str, tooltip: str) -> ipywidgets.Button:

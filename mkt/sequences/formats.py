@@ -29,7 +29,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mkt.files import DataError, existing_file, existing_folder
+from mkt.checks import LONGEST
+from mkt.files import DataError, existing_file, existing_folder, written_path
 from mkt.regions import HX, HY, from_box, to_box
 from mkt.sequences.video import Frames, ImageFolder, VideoFile
 from mkt.tracking import Sequence
@@ -55,7 +56,7 @@ def video(path: str | os.PathLike, box: ArrayLike | None = None) -> Sequence:
         As `VideoFile` and `ImageFolder` do, and for a box without size or outside the
         image.
     """
-    path = Path(path).expanduser()
+    path = written_path(path)
     frames = ImageFolder(path) if path.is_dir() else VideoFile(path)
     truth = np.full((len(frames), 5), np.nan)
     visibility = np.full(len(frames), np.nan)
@@ -510,11 +511,13 @@ def _check(
     if hidden:
         part &= ~np.isnan(regions[:, [0, 1, HX, HY]]).all(1)
     flat = (regions[:, [HX, HY]] <= 0).any(1)
+    large = (regions[:, [HX, HY]] > LONGEST).any(1)
     x, y, w, h = to_box(regions).T
     outside = (x >= width) | (y >= height) | (x + w <= 0) | (y + h <= 0)
     faults = {
         "some of its numbers are NaN": part,
         "its width or height is zero or negative": flat,
+        "it is larger than any image": large,
         f"it lies outside the image of {width}x{height} px": outside,
     }
     remedy = "correct the row, or check that the format is the right one"

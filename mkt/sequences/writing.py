@@ -7,14 +7,41 @@ from pathlib import Path
 
 import cv2
 
+from mkt.types import Frame
+
 CODECS = {".webm": "VP80", ".mkv": "FFV1", ".avi": "MJPG"}
+
+
+class Writer:
+    """A video file that is open for writing.
+
+    Parameters
+    ----------
+    path : path
+    opened : cv2.VideoWriter
+    """
+
+    def __init__(self, path: str | os.PathLike, opened: cv2.VideoWriter):
+        self._path, self._opened, self._frames = path, opened, 0
+
+    def write(self, picture: Frame) -> None:
+        """Write the next picture (H, W, 3) uint8 BGR.  Raises OSError without room.
+
+        That may come late: the encoder holds some pictures back.
+        """
+        if not self._opened.write(picture):
+            raise OSError(
+                f"{self._path}: frame {self._frames} could not be written; "
+                "make room there, or choose another place"
+            )
+        self._frames += 1
 
 
 @contextmanager
 def video_writer(
     path: str | os.PathLike, size: tuple[int, int], fps: float
-) -> Iterator[cv2.VideoWriter]:
-    """A `cv2.VideoWriter`, closed when the ``with`` ends.
+) -> Iterator[Writer]:
+    """A new video, closed when the ``with`` ends.
 
     Parameters
     ----------
@@ -38,7 +65,7 @@ def video_writer(
             f"{path}: cannot be written; is the folder writable, and is there room?"
         )
     try:
-        yield writer
+        yield Writer(path, writer)
     finally:
         writer.release()
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mkt import checks
-from mkt.checks import checked_region
+from mkt.checks import checked_region, in_words
 from mkt.colors import BinImage, Bins, ColorBins
 from mkt.histograms import coefficient
 from mkt.particles import (
@@ -167,7 +167,7 @@ class Adaptive:
         q = self.disc.histograms(self.bins(frame), region[None])[0]
         if not q.any():
             raise ValueError(
-                f"the region {np.round(region, 1)} lies outside the image; "
+                f"the region {in_words(region)} lies outside the image; "
                 "choose a box inside it"
             )
         return Model(q, region[3:])

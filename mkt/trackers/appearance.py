@@ -10,6 +10,7 @@ it would be 97.7 %.
 
 import numpy as np
 
+from mkt.checks import in_words
 from mkt.colors import BinImage
 from mkt.trackers.ellipses import Disc
 from mkt.types import Array, NDArray, Region, Rng
@@ -54,7 +55,7 @@ def background(
         centres = centres[np.sum(off**2, 1) > 1]
         if not len(centres):
             raise ValueError(
-                f"the region {np.round(without, 1)} leaves no background to compare "
+                f"the region {in_words(without)} leaves no background to compare "
                 "with; choose a smaller one"
             )
     n = len(centres)

@@ -23,7 +23,7 @@ import cv2
 import numpy as np
 
 from mkt import checks
-from mkt.checks import checked_frame, checked_region, finite
+from mkt.checks import checked_frame, checked_region, finite, in_words
 from mkt.regions import HX, HY, THETA, corners, from_box, to_box
 from mkt.tracking import Info, report
 from mkt.types import Frame, NDArray, Region, Rng
@@ -238,7 +238,7 @@ def _window(frame: Frame, region: Region) -> Window:
     top, bottom = np.clip(np.rint([y, y + h]), 0, height).astype(int).tolist()
     if left == right or top == bottom:
         raise ValueError(
-            f"the region {np.round(region, 1)} lies outside the image; "
+            f"the region {in_words(region)} lies outside the image; "
             "choose a box inside it"
         )
     return left, top, right - left, bottom - top

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from mkt import checks
-from mkt.checks import checked_frame, checked_region, finite
+from mkt.checks import checked_frame, checked_region, finite, in_words
 from mkt.regions import from_box, to_box
 from mkt.tracking import Info, report
 from mkt.types import Frame, Region, Rng
@@ -78,7 +78,7 @@ class TemplateMatching:
             )
         if x >= width or y >= height or x + w <= 0 or y + h <= 0:
             raise ValueError(
-                f"the region {np.round(region, 1)} lies outside the image; "
+                f"the region {in_words(region)} lies outside the image; "
                 "choose a box inside it"
             )
         region = from_box((x + w / 2 - size[0] / 2, y + h / 2 - size[1] / 2, *size))

@@ -1,11 +1,14 @@
 """The command line: help without a package, mistakes answered in a sentence."""
 
+import os
 import subprocess
 import sys
+import tempfile
 from types import SimpleNamespace
 
 import pytest
 
+from mkt import files
 from mkt.course import cli
 from mkt.course.commands import lab
 from mkt.course.figure_arguments import parameters
@@ -242,3 +245,69 @@ def test_figure_list_names_every_figure_and_every_parameter(capsys):
     assert "Numbers need not be" in listed and "n means" not in listed
     run("figure", "own.run", "--list")
     assert "n means particles" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "name, work", [("book", "mkt.course.book.build"), ("test", "pytest.main")]
+)
+def test_book_and_tests_are_made_by_one_program_at_a_time(
+    name, work, tmp_path, monkeypatch
+):
+    taken = []
+
+    def look(*_):
+        with (tmp_path / f"{name}.lock").open("ab") as again:
+            taken.append(not files._locked(again))
+        return tmp_path
+
+    monkeypatch.setattr(f"mkt.course.commands.{name}.BUILD", tmp_path)
+    monkeypatch.setattr(work, look)
+    monkeypatch.chdir(tmp_path)  # `test` goes to the clone
+    run(name)
+    assert taken == [True]
+
+
+# The door
+
+
+def broken(error):
+    """A command that ends in an error, as parsed words."""
+
+    def run(args):
+        raise error
+
+    return SimpleNamespace(command="figure", run=run)
+
+
+def test_a_fault_of_ours_is_a_sentence_and_a_log(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(sys, "argv", ["mkt", "figure", "caf\udce9"])
+    with pytest.raises(SystemExit) as stopped:
+        cli.run(broken(ZeroDivisionError("by nought")))
+    [log] = tmp_path.iterdir()
+    assert stopped.value.code == (
+        f"mkt figure: a fault of mkt itself (ZeroDivisionError).  Please send {log} to "
+        "those who look after it; SECURITY.md says where"
+    )
+    text = log.read_text()
+    assert "ZeroDivisionError: by nought" in text and r"caf\udce9" in text
+    assert sys.version in text
+
+
+def test_a_fault_is_said_where_no_log_can_be_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "none"))
+    with pytest.raises(SystemExit, match="send this line, for no log could be written"):
+        cli.run(broken(ZeroDivisionError()))
+
+
+def test_numbers_beyond_the_memory_are_a_sentence():
+    with pytest.raises(SystemExit, match="not enough memory for this; choose smaller"):
+        cli.run(broken(MemoryError()))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names there are always Unicode")
+def test_a_name_that_is_not_utf_8_can_be_written_and_printed(tmp_path):
+    name = os.fsencode(tmp_path) + b"/caf\xe9.csv"
+    words = ["-m", "mkt", "figure", FIGURE, "-o", name]
+    done = subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True)
+    assert done.returncode == 0 and done.stdout.endswith(rb"caf\udce9.csv" + b"\n")

@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 import sys
+import time
 import tomllib
 
 import pytest
@@ -29,6 +30,7 @@ def place(tmp_path, monkeypatch):
     for name, path in {
         "ROOT": "",
         "VENV": ".venv",
+        "LOCK": ".venv.lock",
         "REQUIREMENTS": "environment.txt",
         "PYTHON": ".venv/made",
     }.items():
@@ -73,6 +75,50 @@ def test_a_stopped_set_up_is_begun_again(place, monkeypatch):
     environment.ensure()
     assert environment.stamp_of(place) == environment.wanted_stamp()
     assert not (place / "half").exists()
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"nonsense"])
+def test_a_damaged_stamp_begins_the_set_up_again(place, content):
+    environment.ensure()
+    (place / environment.STAMP_NAME).write_bytes(content)
+    environment.ensure()
+    assert environment.stamp_of(place) == environment.wanted_stamp()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+def test_a_terminated_set_up_stops_its_installer(place, monkeypatch):
+    code = "import os; os.kill(os.getppid(), 2); import time; time.sleep(60)"
+    only_step(monkeypatch, code)
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        environment.ensure()
+    assert time.monotonic() - start < 30
+
+
+SET_UP = """
+import sys
+from pathlib import Path
+from mkt.course import environment
+place = Path(sys.argv[1])
+for name in ("VENV", "LOCK", "REQUIREMENTS", "ROOT"):
+    setattr(environment, name, place / getattr(environment, name).name)
+environment.ROOT, environment.PYTHON = place, place / ".venv" / "made"
+code = "import time; open('.venv/made', 'a').write('x'); time.sleep(1)"
+environment.steps = lambda uv: [("working", [sys.executable, "-c", code])]
+environment.ensure()
+"""
+
+
+def test_two_set_ups_at_once_make_one_environment(place):
+    words = [sys.executable, "-c", SET_UP, place.parent]
+    both = [
+        subprocess.Popen(words, cwd=ROOT, stderr=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    said = [program.communicate(timeout=60)[1] for program in both]
+    assert [program.returncode for program in both] == [0, 0], said
+    assert (place / "made").read_text() == "x"
+    assert sum("First use" in words for words in said) == 1
 
 
 def test_somebody_elses_environment_is_left_alone(place):

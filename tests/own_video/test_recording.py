@@ -5,6 +5,9 @@ Mistakes are answered in a sentence, and one frame at a time is in memory.
 
 import csv
 import gc
+import json
+import subprocess
+import sys
 import weakref
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,7 +18,9 @@ import pytest
 
 from mkt.course import cli
 from mkt.evaluation import overlap
+from mkt.files import ROOT
 from mkt.own_video import overlay, recording
+from mkt.own_video.settings import Settings
 from mkt.plotting import CURRENT, DESIRED
 from mkt.regions import corners, from_box, to_box
 from mkt.sequences.video import VideoFile
@@ -130,7 +135,7 @@ def test_a_folder_of_images_the_default_names_and_particles(
 
 
 def test_nothing_is_written_among_the_images(tmp_path):
-    said = "in the folder of its images; choose another place"
+    said = "the folder of the images to be tracked; choose another place"
     with pytest.raises(ValueError, match=said):
         recording.checked_output(tmp_path / "found.webm", tmp_path)
 
@@ -181,6 +186,8 @@ MISTAKES = [
         "or choose one of pf-1",
     ),
     (("FILE", "--particles", "0"), "particles is 0; there must be at least 1"),
+    (("FILE", "--particles", "2000000"), "n is 2000000; it must be a whole number"),
+    (("FILE", "--particles", "9" * 20), "at least 1 and at most 100000"),
     (
         ("FILE", "--box", "1,2,3"),
         "--box 1,2,3: give four or five numbers x,y,w,h[,angle]",
@@ -211,8 +218,15 @@ MISTAKES = [
     ),
     (
         (*WITH_BOX, "-o", "FILE"),
-        "this is the video to be tracked, or in the folder of its images; "
-        "choose another place",
+        "car.mkv is there already and stays as it is; move it away, or choose another",
+    ),
+    (("~nosuch/x.mkv",), "~nosuch/x.mkv: no such home folder; check the spelling"),
+    ((*WITH_BOX, "-o", "~nosuch/x.avi"), "~nosuch/x.avi: no such home folder; check"),
+    (("--settings", "~nosuch/s.json"), "~nosuch/s.json: no such home folder; check"),
+    (("caf\udce9.mkv",), r"caf\udce9.mkv: the name is not UTF-8; rename it"),
+    (
+        (*WITH_BOX, "-o", "caf\udce9.mkv"),
+        r"caf\udce9.mkv: the name is not UTF-8; rename it",
     ),
 ]
 
@@ -230,8 +244,82 @@ def test_a_mistake_is_answered_in_a_sentence_and_nothing_is_written(
     assert not list(tmp_path.iterdir()) and file.read_bytes() == before
 
 
-def test_a_place_that_cannot_be_written_is_named(file, box, tmp_path):
-    (tmp_path / "x.avi").mkdir()
+@pytest.mark.parametrize("box", [(), ("--box", "9,9,20,20")])
+def test_a_loop_of_links_is_no_video(box, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "loop.mkv").symlink_to("loop.mkv")
+    with pytest.raises(SystemExit, match="loop.mkv: no such file; check the spelling"):
+        run("loop.mkv", *box)
+
+
+@pytest.mark.parametrize("start", [b"\x1aE\xdf\xa3", b"RIFF", b"nonsense"])
+def test_what_is_no_video_is_said_by_us_alone(start, tmp_path):
+    (tmp_path / "x.mkv").write_bytes(start + bytes(500))
+    done = subprocess.run(
+        [sys.executable, "-m", "mkt", "track", tmp_path / "x.mkv"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    [line] = done.stderr.splitlines()
+    assert "x.mkv: not a video, or cut short; download it again" in line
+
+
+@pytest.mark.parametrize("ending", [".avi", ".csv", ".json"])
+def test_files_that_are_there_stay_as_they_are(ending, file, box, tmp_path):
+    (tmp_path / f"x{ending}").write_text("precious")
+    with pytest.raises(SystemExit, match=f"x{ending} is there already and stays"):
+        run(file, "--box", box, "-o", tmp_path / "x.avi")
+    [only] = tmp_path.iterdir()
+    assert only.read_text() == "precious"
+
+
+@pytest.mark.parametrize("link", ["hardlink_to", "symlink_to"])
+def test_the_source_is_known_under_another_name(link, file, box, tmp_path):
+    before = file.read_bytes()
+    getattr(tmp_path / "copy.mkv", link)(file)
+    with pytest.raises(SystemExit, match="copy.mkv is there already"):
+        run(file, "--box", box, "-o", tmp_path / "copy.mkv")
+    assert file.read_bytes() == before
+
+
+def test_a_link_to_nowhere_is_not_written_through(file, box, tmp_path):
+    (tmp_path / "x.csv").symlink_to(tmp_path / "elsewhere.csv")
+    with pytest.raises(SystemExit, match="x.csv is there already"):
+        run(file, "--box", box, "-o", tmp_path / "x.avi")
+    assert not (tmp_path / "elsewhere.csv").exists()
+
+
+def test_a_link_to_the_folder_of_images_is_that_folder(tmp_path):
+    (tmp_path / "images").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "images")
+    with pytest.raises(ValueError, match="the folder of the images to be tracked"):
+        recording.checked_output(tmp_path / "link" / "x.avi", tmp_path / "images")
+
+
+def test_of_two_runs_under_one_name_at_once_the_second_is_refused(tmp_path):
+    record(Still(), 3, tmp_path / "x.avi")
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(OSError, match="x.csv cannot be written: File exists"):
+        record(Still(), 3, tmp_path / "x.avi")
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_second_run_takes_the_next_name(file, box, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name in ("car-ssd.webm", "car-ssd-2.webm"):
+        assert run(file, "--box", box, "--tracker", "ssd") == 0
+        assert capsys.readouterr().out.split()[0] == name
+    first, second = (json.loads(p.read_text()) for p in tmp_path.glob("*.json"))
+    assert first == second
+
+
+def test_a_place_that_cannot_be_written_is_named(file, box, tmp_path, monkeypatch):
+    def nowhere(*_):
+        raise OSError("x.avi: cannot be written; is the folder writable?")
+
+    monkeypatch.setattr(recording, "video_writer", nowhere)
     with pytest.raises(SystemExit) as stopped:
         run(file, "--box", box, "-o", tmp_path / "x.avi")
     assert "x.avi: cannot be written" in stopped.value.code
@@ -289,6 +377,13 @@ def still_clip(length):
     return Sequence("still", frames, truth, np.ones(length))
 
 
+def record(tracker, length, output):
+    """Track in a still clip and write the files; returns how many frames there are."""
+    clip = still_clip(length)
+    chosen = Settings("still", "of no file", (10, 10, 20, 20, 0), "still")
+    return recording.record(recording.begun(tracker, clip), clip, output, chosen)
+
+
 def test_nothing_is_accumulated(tmp_path, monkeypatch):
     tracker = Still()
     alive = []
@@ -299,7 +394,7 @@ def test_nothing_is_accumulated(tmp_path, monkeypatch):
         return row(k, info)
 
     monkeypatch.setattr(recording, "row", counting)
-    assert recording.record(tracker, still_clip(60), tmp_path / "x.avi") == 60
+    assert record(tracker, 60, tmp_path / "x.avi") == 60
     gc.collect()
     assert len(tracker.made) == 59
     assert len(alive) == 60 and max(alive) <= 2
@@ -317,5 +412,5 @@ def test_an_interruption_keeps_what_was_done(file, box, tmp_path, monkeypatch, c
 def test_files_are_closed_when_something_breaks(tmp_path):
     broken = Still(5, ZeroDivisionError)
     with pytest.raises(ZeroDivisionError):
-        recording.record(broken, still_clip(9), tmp_path / "x.avi")
+        record(broken, 9, tmp_path / "x.avi")
     assert len(VideoFile(tmp_path / "x.avi")) == len(table(tmp_path / "x.csv")) == 5

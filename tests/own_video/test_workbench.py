@@ -445,7 +445,17 @@ def test_a_path_in_the_settings_may_be_relative_to_them(car, place, monkeypatch)
         ({"seed": 1.5}, "seed is 1.5"),
         ({"seed": -1}, "seed is -1"),
         ({"numbers": {"n": None}}, "numbers is"),
+        ({"numbers": {"n": 10**400}}, "numbers is"),
+        ({"box": [0, 0, 10**400, 1, 0]}, "box is"),
         ({"video": 3}, "video is 3"),
+        ({"video": "caf\udce9.mkv"}, r"caf\\udce9.mkv: the name is not UTF-8"),
+        ({"sha256": None}, "sha256 is None"),
+        ({"tracker": []}, r"tracker is \[\]"),
+        ({"tracker": {}}, "tracker is {}"),
+        ({"versions": 5}, "versions is 5"),
+        ({"versions": None}, "versions is None"),
+        ({"versions": {"numpy": 2}}, "versions is"),
+        ({"a\nb": 1}, "missing or unknown: a b"),
         ({"more": 1}, "missing or unknown: more"),
     ],
 )
@@ -463,6 +473,8 @@ def test_wrong_settings_are_named(change, said, car, place):
         ("{\n", "x.json, line 2: not JSON"),
         ("[]", "missing or unknown: box, numbers, seed"),
         ("\xff", "not text in UTF-8"),
+        ("9" * 5000, "a number or a list in it is too long; let"),
+        ("[" * 100_000, "a number or a list in it is too long; let"),
     ],
 )
 def test_what_is_no_settings_file_is_said(text, said, place):

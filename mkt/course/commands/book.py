@@ -3,6 +3,7 @@
 import os
 
 from mkt.course.commands import Commands, command
+from mkt.files import BUILD, alone
 
 
 def add(commands: Commands) -> None:
@@ -29,7 +30,8 @@ def run_book(args) -> None:
     """Build the book and say where it is."""
     from mkt.course import book
 
-    print(f"The book is ready: open {book.build().as_uri()}")
+    with alone(BUILD / "book.lock", "book"):
+        print(f"The book is ready: open {book.build().as_uri()}")
 
 
 def run_strip(args) -> None:

@@ -21,8 +21,9 @@ def add(commands: Commands) -> None:
         "Follows what is inside a box of the first frame, and writes the video with\n"
         "what was found drawn into it (green; dashed red where the tracker says that\n"
         "it lost it), a table beside it (.csv), and the settings that give the same\n"
-        "track again (.json).  Without --box it shows the first frame under a grid,\n"
-        "to read the box off.  Ctrl-C ends it and keeps what was done so far.",
+        "track again (.json).  Files that are there already stay.  Without --box it\n"
+        "shows the first frame under a grid, to read the box off.  Ctrl-C ends it and\n"
+        "keeps what was done so far.",
         "track ball.mp4",
         "track ball.mp4 --box 120,80,60,40",
         "track holiday/ --box 120,80,60,40,-30 --tracker combined --particles 200 "
@@ -77,7 +78,7 @@ def _add_words(add_argument: Callable) -> None:
         type=Path,
         metavar="FILE",
         help="video to write: .webm, .mkv (lossless) or .avi; VIDEO-NAME.webm by "
-        "default",
+        "default, with a number behind it where that is taken",
     )
 
 
@@ -125,11 +126,10 @@ def _track(args) -> int | None:
         box, numbers = parse_box(args.box), _particles(args)
         chosen = settings.settled(args.video, box, args.tracker, numbers, args.seed)
     output = _output(args, chosen.video)
-    clip, tracker = chosen.sequence(), chosen.configured()
-    done = recording.record(tracker, clip, output, chosen.seed, title=chosen.tracker)
-    chosen.save(output.with_suffix(".json"))
-    for ending in (output.suffix, ".csv", ".json"):
-        print(output.with_suffix(ending))
+    clip = chosen.sequence()
+    infos = recording.begun(chosen.configured(), clip, chosen.seed)
+    done = recording.record(infos, clip, output, chosen)
+    print(*recording.files_of(output), sep="\n")
     changed = settings.changed_versions(chosen) if args.settings else ""
     if changed:
         print(f"the track may differ in its last digits: {changed}", file=sys.stderr)
@@ -147,11 +147,11 @@ def _particles(args) -> dict[str, float]:
 
 
 def _output(args, source: str) -> Path:
-    """Where the video goes: -o, or a name made from what is tracked, in this folder."""
-    from mkt.own_video.recording import checked_output
+    """Where the video goes: -o, or a free name made from what is tracked, here."""
+    from mkt.own_video.recording import checked_output, free
 
     if args.settings:
         name = f"{args.settings.stem}-again"
     else:
         name = f"{Path(source).resolve().stem}-{args.tracker}"
-    return checked_output(args.output or f"{name}.webm", source)
+    return checked_output(args.output or free(Path(f"{name}.webm")), source)
