@@ -197,9 +197,9 @@ def approach(
     """Closing the loop on a car that stands still.
 
     Exact features, no compensation.  Left, the image: green the car at the start, red
-    where it should appear, black the paths of its corners, a dot a frame.  Right above,
-    the errors, and dotted what (17) promises, their start times exp(-gain t); below,
-    the camera's velocities.  A loop that runs away is drawn as far as it sees the car.
+    where it should appear, black the paths of its corners, a dot for each frame.  Right
+    above, the errors, and dotted the exponentials that (17) promises; below, the
+    camera's velocities.  A loop that runs away is drawn as far as it sees the car.
     """
     tried = Experiment(
         Servo(gain=gain, dt=1 / fps, delay=delay, dof=dof, filter=OFF),
@@ -300,10 +300,10 @@ def root_locus(
 
     The target sets off, turns back and stops.  Left: a dot for every gain from 0 (dark)
     to 10 (bright), crosses at the chosen one.  Outside the unit circle the loop runs
-    away; near 1 it is slow. Right: how far the camera is behind a target of 5 cm/s, in
-    steps of a frame; grey the target's velocity.  Delay: frames from the exposure to
-    the command; mismatch: how many times too large the interaction matrix is thought to
-    be.
+    away; near 1 it is slow; at 0 are values that are stored for one frame.  Right: how
+    far the camera is behind a target of 5 cm/s, in steps of a frame; grey the target's
+    velocity.  Delay: frames from the exposure to the command; mismatch: how many times
+    too large the interaction matrix is thought to be.
     """
     gains, poles = locus(compensation, delay, fps, mismatch)
     loop = closed_loop(gain, 1 / fps, FILTERS[compensation], delay, mismatch)
@@ -381,7 +381,10 @@ def _draw_poles(ax: Axes, gains: Array, poles: Poles, chosen: Poles) -> None:
     ax.axhline(0, color="0.8", lw=0.8, zorder=0)
     ax.axvline(0, color="0.8", lw=0.8, zorder=0)
     brightness = np.broadcast_to(gains[:, None], poles.shape)
-    ax.scatter(poles.real, poles.imag, c=brightness, s=9, cmap=SURFACE)
+    dots = ax.scatter(poles.real, poles.imag, c=brightness, s=9, cmap=SURFACE)
+    bar = ax.inset_axes((0.04, 0.12, 0.25, 0.035))
+    ax.figure.colorbar(dots, cax=bar, orientation="horizontal", ticks=[0, 10])
+    bar.set_title("gain [1/s]", fontsize=9, pad=3)
     ax.plot(chosen.real, chosen.imag, "x", color=MOVED, ms=9, mew=2.2)
     ax.set(xlim=(-1.9, 1.9), ylim=(-1.6, 1.6), aspect="equal")
     ax.set(xlabel="real part", ylabel="imaginary part")

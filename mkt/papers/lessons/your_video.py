@@ -43,11 +43,10 @@ def video_box(
 ) -> Shown:
     """A box in a video of your own: its histogram, and how well it can be found again.
 
-    The video is the real clip of the book unless the path names another file or a
-    folder of images.  The box and the frame in which it is learnt are given as
-    fractions of the image and of the clip.  Above, the learnt frame and the histogram
-    of everything in the box; below, a later frame with the best place in red, and the
-    distance over displacements of the box there, the lowest point marked with a cross.
+    The video is the real clip of the book; in JupyterLab, any file or folder of images.
+    Above, the learnt frame and the histogram of everything in the box; below, a later
+    frame with the best place in red, and the distance over displacements of the box
+    there, the lowest point marked with a cross.
     """
     clip = video(path) if path else carphone()
     last = len(clip) - 1
@@ -76,6 +75,7 @@ def video_box(
     lowest = f"lowest distance {distances.min():.2f}"
     mesh = draw_map(map_ax, x, y, distances, (0, 1), title=lowest, **labels)
     map_ax.invert_yaxis()
+    map_ax.set_aspect("equal")
     fig.colorbar(mesh, cax=fig.add_axes((0.92, 0.09, 0.015, 0.37)), label="distance")
     table = grid_columns({"y [px]": y}, {"x [px]": x}, distance=distances)
     return shown(table, distances=distances, x=x, y=y, histogram=q)
