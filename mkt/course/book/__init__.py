@@ -12,9 +12,7 @@ from pathlib import Path
 
 from mkt.course.book import checks, contents, execute, site
 from mkt.course.book.contents import BookError
-from mkt.files import ROOT
-
-BUILD = ROOT / "_build"
+from mkt.files import BUILD
 
 
 def build(folder: Path = BUILD) -> Path:
