@@ -1,6 +1,6 @@
 """A track as files: a video with what was found drawn into it, a table, the settings.
 
-`record` writes both as a target is followed; a `Recorder` does so for whoever runs the
+`record` writes them as a target is followed; a `Recorder` does so for whoever runs the
 loop.  Only one frame at a time is in memory.  Nothing that is there already is ever
 written over, so that a video, its table and its settings are always of one run.  A row
 is in the table before its frame is in the video: what is written up to an interruption
@@ -58,7 +58,7 @@ def checked_output(output: Path | str, source: Path | str) -> Path:
         raise ValueError(
             f"-o {output}: no folder {output.parent}; create it, or choose another"
         )
-    if output.parent.samefile(source):
+    if output.parent.samefile(written_path(source)):
         raise ValueError(
             f"-o {output}: this is the folder of the images to be tracked; "
             "choose another place"
