@@ -385,9 +385,8 @@ def still_clip(length):
 
 def record(tracker, length, output):
     """Track in a still clip and write the files; returns how many frames there are."""
-    clip = still_clip(length)
     chosen = Settings("still", "of no file", (10, 10, 20, 20, 0), "still")
-    return recording.record(recording.begun(tracker, clip), clip, output, chosen)
+    return recording.record(tracker, still_clip(length), output, settings=chosen)
 
 
 def test_nothing_is_accumulated(tmp_path, monkeypatch):
