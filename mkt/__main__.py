@@ -52,11 +52,6 @@ def main():
 
 if __name__ == "__main__":
     prepare()
-    # What OpenCV and FFmpeg would remark on the terminal, our errors say in a sentence.
-    os.environ |= {
-        "OPENCV_LOG_LEVEL": "ERROR",
-        "OPENCV_FFMPEG_LOGLEVEL": "-8",
-    } | os.environ
     try:
         code = main()
         sys.stdout.flush()

@@ -118,7 +118,7 @@ def alone(lock: Path, what: str) -> Iterator[None]:
     Raises
     ------
     OSError
-        When the file cannot be opened.
+        When the file cannot be opened, or its drive knows no locks.
     """
     with named(lock):
         lock.parent.mkdir(parents=True, exist_ok=True)

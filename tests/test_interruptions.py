@@ -22,7 +22,6 @@ from mkt.experiments import sweep as sweeps
 from mkt.experiments.sweep import Job, known, sweep, write_table
 from mkt.files import ROOT, named, whole
 from mkt.own_video import recording
-from mkt.own_video.settings import Settings
 from mkt.regions import from_box
 from mkt.scenes.drawn import Drawn
 from mkt.sequences.video import VideoFile
@@ -205,9 +204,6 @@ class Still:
         return state, {"region": state, "score": 0.5, "lost": False}
 
 
-STILL = Settings("noise", "of no file", (10.0, 10.0, 20.0, 20.0, 0.0), "still")
-
-
 @pytest.fixture(scope="module")
 def noise():
     """Frames that no codec makes small."""
@@ -218,7 +214,7 @@ def noise():
 
 def recorded(clip, output):
     """Track in a clip and write the files; returns how many frames were written."""
-    return recording.record(recording.begun(Still(), clip), clip, output, STILL)
+    return recording.record(Still(), clip, output)
 
 
 @pytest.mark.parametrize("ending", CODECS)

@@ -1,6 +1,6 @@
 """A track as files: a video with what was found drawn into it, a table, the settings.
 
-`record` writes both as a target is followed; a `Recorder` does so for whoever runs the
+`record` writes them as a target is followed; a `Recorder` does so for whoever runs the
 loop.  Only one frame at a time is in memory.  Nothing that is there already is ever
 written over, so that a video, its table and its settings are always of one run.  A row
 is in the table before its frame is in the video: what is written up to an interruption
@@ -10,7 +10,7 @@ video, which the encoder still held, are missing then.
 
 import csv
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from itertools import chain, count
 from pathlib import Path
@@ -58,7 +58,7 @@ def checked_output(output: Path | str, source: Path | str) -> Path:
         raise ValueError(
             f"-o {output}: no folder {output.parent}; create it, or choose another"
         )
-    if output.parent.samefile(source):
+    if output.parent.samefile(written_path(source)):
         raise ValueError(
             f"-o {output}: this is the folder of the images to be tracked; "
             "choose another place"
@@ -99,8 +99,10 @@ class Recorder:
         Ends as one of `mkt.sequences.writing.CODECS`.
     clip : Sequence
         Whose frames will be given.
-    settings : Settings
-        What is tracked with; its tracker's name stands in the corner.
+    title : str
+        A word for the corner.
+    settings : Settings, optional
+        That give the same track again, to be written too.
 
     Attributes
     ----------
@@ -113,9 +115,15 @@ class Recorder:
         When the files cannot be written, or when there is such a table already.
     """
 
-    def __init__(self, output: Path, clip: Sequence, settings: Settings):
+    def __init__(
+        self,
+        output: Path,
+        clip: Sequence,
+        title: str = "",
+        settings: Settings | None = None,
+    ):
         self.done = 0
-        self._title, self._output = settings.tracker, Path(output)
+        self._title, self._output = title, Path(output)
         size = clip.frames[0].shape[1::-1]
         with self._named(), ExitStack() as opened:
             _, table, chosen = files_of(self._output)
@@ -125,7 +133,8 @@ class Recorder:
             self._table.writerow(COLUMNS)
             self._files = opened.pop_all()
         with self._files as opened:
-            settings.save(chosen)
+            if settings:
+                settings.save(chosen)
             self._writer = opened.enter_context(video_writer(output, size, clip.fps))
             self._files = opened.pop_all()
 
@@ -189,17 +198,23 @@ def begun(
 
 
 def record(
-    infos: Iterable[Info], clip: Sequence, output: Path, settings: Settings
+    tracker: Tracker,
+    clip: Sequence,
+    output: Path,
+    seed: int = 0,
+    start: ArrayLike | None = None,
+    title: str = "",
+    settings: Settings | None = None,
 ) -> int:
-    """Write video, table and settings of one name, as a target is followed.
+    """Follow the target and write a video, and a table of the same name, as it goes.
 
-    Ctrl-C ends it early.
+    Ctrl-C ends it early.  Nothing is written when the tracker refuses the start.
 
     Parameters
     ----------
-    infos : iterable
-        Of `begun`: one for each frame, made when it is asked for.
-    output, clip, settings
+    tracker, clip, seed, start
+        As for `mkt.tracking.follow`.
+    output, title, settings
         As for `Recorder`.
 
     Returns
@@ -212,8 +227,9 @@ def record(
     OSError
         When the files cannot be written.
     """
-    with Recorder(output, clip, settings) as recorder:
-        frames = tqdm(clip.frames, desc=settings.tracker, unit="frame", disable=None)
+    infos = begun(tracker, clip, seed, start)
+    with Recorder(output, clip, title, settings) as recorder:
+        frames = tqdm(clip.frames, desc=title, unit="frame", disable=None)
         try:
             for frame, info in zip(frames, infos, strict=True):
                 recorder.add(frame, info)

@@ -150,7 +150,7 @@ class Workbench(ipywidgets.VBox):
         infos = begun(settings.configured(), clip, settings.seed, start)
         FOLDER.mkdir(exist_ok=True)
         output = free(FOLDER / f"{clip.name}-{settings.tracker}.webm")
-        with Recorder(output, clip, settings) as recorder:
+        with Recorder(output, clip, settings.tracker, settings) as recorder:
             pictures = (
                 recorder.add(frame, info)
                 for frame, info in zip(clip.frames, infos, strict=True)

@@ -334,6 +334,12 @@ def test_without_a_box_the_first_frame_is_shown_under_a_grid(file, tmp_path, cap
     assert cv2.imread(str(path)).shape[1] == 1200
 
 
+def test_a_video_may_lie_at_home(file, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(file.parent))
+    monkeypatch.setenv("USERPROFILE", str(file.parent))
+    assert run("~/car.mkv", "-o", tmp_path / "found.webm") == 2
+
+
 def test_the_grid_is_labelled_in_the_coordinates_of_a_box(clip):
     ax = overlay.pixel_grid(clip.frames[0]).axes[0]
     labels = [tick.get_text() for tick in ax.get_xticklabels()]
@@ -379,9 +385,8 @@ def still_clip(length):
 
 def record(tracker, length, output):
     """Track in a still clip and write the files; returns how many frames there are."""
-    clip = still_clip(length)
     chosen = Settings("still", "of no file", (10, 10, 20, 20, 0), "still")
-    return recording.record(recording.begun(tracker, clip), clip, output, chosen)
+    return recording.record(tracker, still_clip(length), output, settings=chosen)
 
 
 def test_nothing_is_accumulated(tmp_path, monkeypatch):

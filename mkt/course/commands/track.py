@@ -126,9 +126,10 @@ def _track(args) -> int | None:
         box, numbers = parse_box(args.box), _particles(args)
         chosen = settings.settled(args.video, box, args.tracker, numbers, args.seed)
     output = _output(args, chosen.video)
-    clip = chosen.sequence()
-    infos = recording.begun(chosen.configured(), clip, chosen.seed)
-    done = recording.record(infos, clip, output, chosen)
+    clip, tracker, name = chosen.sequence(), chosen.configured(), chosen.tracker
+    done = recording.record(
+        tracker, clip, output, chosen.seed, title=name, settings=chosen
+    )
     print(*recording.files_of(output), sep="\n")
     changed = settings.changed_versions(chosen) if args.settings else ""
     if changed:
