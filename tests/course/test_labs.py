@@ -3,6 +3,7 @@
 import ast
 import copy
 import functools
+import itertools
 import tomllib
 from pathlib import Path
 
@@ -19,13 +20,21 @@ LABS = notebooks.labs()
 each_lab = pytest.mark.parametrize("lab", LABS)
 
 
+def might_write(lab, kind):
+    """{title: what a student might write}: a "mistake", or what is "right"."""
+    path = Path(__file__).parent / "labs" / f"{lab}.toml"
+    found = tomllib.loads(path.read_text(encoding="utf-8"))[kind]
+    return {one["title"]: one for one in found}
+
+
 def wrong_answers(lab):
     """{title: what a student might write, and which checks must notice it}."""
-    path = Path(__file__).parent / "labs" / f"{lab}.toml"
-    if not path.is_file():
-        return {}
-    mistakes = tomllib.loads(path.read_text(encoding="utf-8"))["mistake"]
-    return {mistake["title"]: mistake for mistake in mistakes}
+    return might_write(lab, "mistake")
+
+
+def right_answers(lab):
+    """{title: what a student might write, unlike the solution and as good}."""
+    return might_write(lab, "right")
 
 
 def returning_nothing(lab):
@@ -51,7 +60,7 @@ def tried(lab):
 
     As {title: {cell: words}}, all in one process.
     """
-    return _tried(LABS[lab], wrong_answers(lab))
+    return _tried(LABS[lab], wrong_answers(lab) | right_answers(lab))
 
 
 def code(notebook, *roles):
@@ -70,15 +79,15 @@ def judging(lab, notebook):
     return Judge(code(lab, "given"), code(lab, "check"), student), student
 
 
-def _tried(lab, mistakes):
+def _tried(lab, others):
     judge, student = judging(lab, released(lab))
     with student:
         result = {"empty": student.failures | judge.verdicts()}
     judge, student = judging(lab, lab)
     with student:
         result["solved"] = student.failures | judge.verdicts()
-        wrong = [(title, one["cell"], one["code"]) for title, one in mistakes.items()]
-        for title, cell, source in wrong + returning_nothing(lab):
+        pieces = [(title, one["cell"], one["code"]) for title, one in others.items()]
+        for title, cell, source in pieces + returning_nothing(lab):
             student.run(Cell(cell, source))
             result[title] = judge.verdicts()
             student.run(Cell(cell, of_role(lab, "solution")[cell].source))
@@ -116,6 +125,14 @@ def test_a_typical_wrong_answer_loses_its_points_and_no_others(lab, title):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    "lab, title", [(lab, title) for lab in LABS for title in right_answers(lab)]
+)
+def test_a_right_answer_written_otherwise_gets_full_marks(lab, title):
+    assert tried(lab)[title] == {}
+
+
+@pytest.mark.slow
 @each_lab
 def test_a_forgotten_return_is_called_that(lab):
     words = {title: tried(lab)[title] for title, _, _ in returning_nothing(LABS[lab])}
@@ -148,6 +165,18 @@ def test_every_lab_has_wrong_answers_a_question_and_points(lab):
     assert all(
         points(cell) > 0 for cell in of_role(LABS[lab], "check", "question").values()
     )
+
+
+@each_lab
+def test_every_check_and_question_says_what_it_is_worth(lab):
+    cells = released(LABS[lab]).cells
+    silent = [
+        name(cell)
+        for above, cell in itertools.pairwise(cells)
+        if role(cell) in ("check", "question")
+        and f"{points(cell):g} point" not in above.source + cell.source
+    ]
+    assert silent == []
 
 
 @each_lab

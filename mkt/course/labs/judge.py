@@ -88,8 +88,8 @@ def names_of_others(cells: Iterable[Cell]) -> set[str]:
                 (used if isinstance(node.ctx, ast.Load) else defined).add(node.id)
             elif isinstance(node, ast.arg):
                 defined.add(node.arg)
-            elif isinstance(node, ast.FunctionDef | ast.ClassDef):
-                defined.add(node.name)
+            elif isinstance(node, ast.FunctionDef | ast.ClassDef | ast.ExceptHandler):
+                defined.add(str(node.name))
             elif isinstance(node, ast.alias):
                 defined.add(node.asname or node.name.partition(".")[0])
     return used - defined
