@@ -180,6 +180,13 @@ def test_every_check_and_question_says_what_it_is_worth(lab):
 
 
 @each_lab
+def test_every_question_says_to_the_teacher_what_its_points_are_for(lab):
+    for cell in of_role(LABS[lab], "question").values():
+        assert "*Points: one for " in cell.source
+        assert "*Points: " not in nbformat.writes(released(LABS[lab]))
+
+
+@each_lab
 def test_the_empty_lab_has_neither_solutions_nor_hidden_tests(lab):
     text = nbformat.writes(released(LABS[lab]))
     assert "BEGIN " not in text and "END " not in text

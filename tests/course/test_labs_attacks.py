@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from mkt.course.labs import grading, sandbox, student
+from mkt.course.labs import grading, sandbox, student, table
 from mkt.course.labs.notebooks import FOLDER
 from mkt.course.labs.student import Cell, Function, Student, TheirError
 from tests.course.toy_lab import GOOD, answer, graded, hand_in

@@ -7,6 +7,22 @@ from mkt.course.commands import Commands, command
 
 EXECUTES = "It executes the students' code"
 
+DESCRIPTION = (
+    "`release` writes the students' version of every lab of notebooks/labs into a\n"
+    "folder: without solutions and hidden checks.  A file that is there already\n"
+    "stays as it is: there may be work in it.\n"
+    "`handout` writes a folder and a zip for students who have nothing yet: the\n"
+    "library, the chapters and the labs, without solutions and hidden checks.\n"
+    "`check` runs your notebook and says in words what its checks found; start it\n"
+    "whenever you like.\n"
+    "`grade` runs what the students handed in, with the hidden checks, and writes\n"
+    "a table with a row for each file, and a page for each student beside it.\n"
+    "Started again it goes on where it was stopped.  Type the points of what a\n"
+    "person reads into the table; `grade --merge` sums up.\n"
+    f"{EXECUTES} in bubblewrap's box, without network and\n"
+    "without your files, and nowhere else unless you say so."
+)
+
 
 def add(commands: Commands) -> None:
     """Describe the command and its three actions."""
@@ -15,19 +31,7 @@ def add(commands: Commands) -> None:
         "labs",
         run,
         "hand out the labs, check one, or grade them",
-        "`release` writes the students' version of every lab of notebooks/labs into a\n"
-        "folder: without solutions and hidden checks.  A file that is there already\n"
-        "stays as it is: there may be work in it.\n"
-        "`handout` writes a folder and a zip for students who have nothing yet: the\n"
-        "library, the chapters and the labs, without solutions and hidden checks.\n"
-        "`check` runs your notebook and says in words what its checks found; start it\n"
-        "whenever you like.\n"
-        "`grade` runs what the students handed in, with the hidden checks, and writes\n"
-        "a table with a row for each file, and a page for each student beside it.\n"
-        "Started again it goes on where it was stopped.  Type the points of what a\n"
-        "person reads into the table; `grade --merge` sums up.\n"
-        f"{EXECUTES} in bubblewrap's box, without network and\n"
-        "without your files, and nowhere else unless you say so.",
+        DESCRIPTION,
         "labs release",
         "labs handout -o course",
         "labs check notebooks/handout/lab_1_histograms_and_kernels.ipynb",

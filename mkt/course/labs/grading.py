@@ -130,6 +130,9 @@ def _write(output: Path, rows: list[Row], sources: Labs, comma: str) -> None:
     for row in rows:
         if row["lab"] in sources:
             pages.write(output, row, sources[row["lab"]])
+    present = {row["lab"] for row in rows}
+    labs = {title: lab for title, lab in sources.items() if title in present}
+    pages.write_rubrics(output, labs)
 
 
 def _total(row: Row, lab: NotebookNode | None) -> str:

@@ -50,11 +50,12 @@ def write(folder: Path) -> list[Path]:
     ValueError
         Where something is in the way.
     """
+    folder = folder.resolve()
     archive = folder.with_name(f"{folder.name}.zip")
     for path in (folder, archive):
         if path.exists():
             raise ValueError(f"-o {path}: it is there already; choose another name")
-    if folder.resolve().is_relative_to(ROOT):
+    if folder.is_relative_to(ROOT):
         raise ValueError(f"-o {folder}: choose a place outside of {ROOT}")
     for name in _files():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)

@@ -54,6 +54,25 @@ def write(output: Path, row: Row, lab: NotebookNode) -> None:
         half.write_text(page, encoding="utf-8")
 
 
+def write_rubrics(output: Path, labs: dict[str, NotebookNode]) -> None:
+    """Write what a person goes by who reads the answers: TABLE_rubrics.md.
+
+    Parameters
+    ----------
+    output : Path
+        The table.
+    labs : dict
+        Those that are in it, with their solutions.
+    """
+    parts = [
+        f"## {title}, {question}: {points(cell):g} points\n\n{_model(cell)}"
+        for title, lab in labs.items()
+        for question, cell in of_role(lab, "question").items()
+    ]
+    with whole(output.with_name(f"{output.stem}_rubrics.md")) as half:
+        half.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
 def _safe(text: str) -> str:
     """A text as the name of a folder; two texts never have the same one."""
     plain = re.sub(r"[^\w -]+", "_", text)[:80]
@@ -77,6 +96,11 @@ def _title(lab: NotebookNode) -> str:
 def _models(lab: NotebookNode) -> dict[str, str]:
     """The model solutions and answers, {name of the cell: text}."""
     return {
-        cell: re.sub(r"^.*### (BEGIN|END) SOLUTION.*\n?", "", one.source, flags=re.M)
-        for cell, one in of_role(lab, "solution", "question").items()
+        name: _model(cell)
+        for name, cell in of_role(lab, "solution", "question").items()
     }
+
+
+def _model(cell: NotebookNode) -> str:
+    """A solution or model answer without the marks round it."""
+    return re.sub(r"^.*### (BEGIN|END) SOLUTION.*\n?", "", cell.source, flags=re.M)
