@@ -22,6 +22,7 @@ from mkt.course.labs.student import CELLS, WHERE, Cell, Function, Student, Their
 
 # [s] that a judge may take for itself beside the student's time.
 OWN_TIME = 300
+LONGEST = 1000  # [letters] of what is said of a cell; a student's list may be endless
 
 
 class Trouble(RuntimeError):
@@ -132,7 +133,8 @@ def judged(
             timeout=CELLS * limit + OWN_TIME,
             env=os.environ | {"MPLBACKEND": "agg", "MKT_STATIC": "0"},
         )
-        return json.loads(done.stdout)
+        said = json.loads(done.stdout)
+        return {name: words[:LONGEST] for name, words in said.items()}
     except subprocess.TimeoutExpired:
         raise Trouble("the judge did not come to an end") from None
     except ValueError:
