@@ -94,6 +94,7 @@ def diagnose() -> Iterator[Finding]:
         yield from kernel()
         yield from data_sets()
         yield from browser()
+        yield box()
 
 
 def _judged(
@@ -310,6 +311,20 @@ def data_sets() -> Iterator[Finding]:
         yield Finding(FINE, "data sets", found)
     remedy = "or unset MKT_DATA: everything works without"
     yield from (Finding(WRONG, "data sets", trouble, remedy) for trouble in troubles)
+
+
+def box() -> Finding:
+    """What keeps the students' programs apart where a teacher grades labs."""
+    from mkt.course.labs import sandbox
+
+    found = sandbox.program()
+    return _judged(
+        found is not None,
+        "bubblewrap",
+        found or "not on the path, and only needed to grade labs",
+        sandbox.MISSING,
+        NOTE,
+    )
 
 
 def browser() -> Iterator[Finding]:

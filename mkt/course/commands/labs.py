@@ -1,10 +1,27 @@
 """``labs`` hands out the labs of the course, checks one, or grades many."""
 
+from argparse import ArgumentTypeError
 from pathlib import Path
 
 from mkt.course.commands import Commands, command
 
-EXECUTES = "It executes the students' code on this machine, as you"
+EXECUTES = "It executes the students' code"
+
+DESCRIPTION = (
+    "`release` writes the students' version of every lab of notebooks/labs into a\n"
+    "folder: without solutions and hidden checks.  A file that is there already\n"
+    "stays as it is: there may be work in it.\n"
+    "`handout` writes a folder and a zip for students who have nothing yet: the\n"
+    "library, the chapters and the labs, without solutions and hidden checks.\n"
+    "`check` runs your notebook and says in words what its checks found; start it\n"
+    "whenever you like.\n"
+    "`grade` runs what the students handed in, with the hidden checks, and writes\n"
+    "a table with a row for each file, and a page for each student beside it.\n"
+    "Started again it goes on where it was stopped.  Type the points of what a\n"
+    "person reads into the table; `grade --merge` sums up.\n"
+    f"{EXECUTES} in bubblewrap's box, without network and\n"
+    "without your files, and nowhere else unless you say so."
+)
 
 
 def add(commands: Commands) -> None:
@@ -14,21 +31,16 @@ def add(commands: Commands) -> None:
         "labs",
         run,
         "hand out the labs, check one, or grade them",
-        "`release` writes the students' version of every lab of notebooks/labs into a\n"
-        "folder: without solutions and hidden checks.  A file that is there already\n"
-        "stays as it is: there may be work in it.\n"
-        "`check` runs your notebook and says in words what its checks found; start it\n"
-        "whenever you like.\n"
-        "`grade` runs what the students handed in, with the hidden checks, and writes\n"
-        "a new table with a row for each file.  It notes checks that can no longer\n"
-        "fail, but is not proof against intent.\n"
-        f"{EXECUTES}: do it where you would run a\nstranger's program.",
+        DESCRIPTION,
         "labs release",
+        "labs handout -o course",
         "labs check notebooks/handout/lab_1_histograms_and_kernels.ipynb",
         "labs grade submitted -o grades.csv",
+        "labs grade --merge -o grades.csv",
     )
     actions = parser.add_subparsers(dest="what", metavar="ACTION", required=True)
     _add_release(actions)
+    _add_handout(actions)
     check = actions.add_parser(
         "check", help="run one notebook and explain what its checks found"
     )
@@ -42,12 +54,22 @@ def add(commands: Commands) -> None:
     for action in (check, grade):
         action.add_argument(
             "--limit",
-            type=float,
+            type=_seconds,
             default=60,
             metavar="S",
-            help="seconds that a cell may take, 60 by default; an endless loop costs "
-            "as many for each cell that calls it",
+            help="seconds that a cell or a check may take, 60 by default; an endless "
+            "loop costs as many for each check that calls it",
         )
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0
+    if not 0 < value < float("inf"):
+        raise ArgumentTypeError(f"{text!r} is not a number of seconds above 0")
+    return value
 
 
 def _add_release(actions: Commands) -> None:
@@ -63,16 +85,31 @@ def _add_release(actions: Commands) -> None:
     )
 
 
+def _add_handout(actions: Commands) -> None:
+    handout = actions.add_parser(
+        "handout", help="write a folder and a zip that students can start from"
+    )
+    handout.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        metavar="FOLDER",
+        help="where to; it must not be there yet, and FOLDER.zip neither",
+    )
+
+
 def _add_grade(actions: Commands):
     grade = actions.add_parser(
         "grade",
         help="grade a folder of notebooks, executing them",
-        description=f"{EXECUTES}.",
+        description=f"{EXECUTES} in bubblewrap's box.",
     )
     grade.add_argument(
         "path",
         type=Path,
         metavar="FOLDER",
+        nargs="?",
         help="nbgrader's submitted/, with STUDENT/LAB/LAB.ipynb in it; or "
         "STUDENT/LAB.ipynb, or STUDENT_LAB.ipynb",
     )
@@ -82,14 +119,36 @@ def _add_grade(actions: Commands):
         type=Path,
         default=Path("grades.csv"),
         metavar="FILE",
-        help="table to write, which must not be there yet; ./grades.csv by default",
+        help="table to write, or to go on with; ./grades.csv by default",
+    )
+    grade.add_argument(
+        "--merge",
+        action="store_true",
+        help="run nothing: sum up the table with the points that you have typed",
+    )
+    grade.add_argument(
+        "--separator",
+        choices=(",", ";", "tab"),
+        default=",",
+        help="between the cells of the table; a German spreadsheet wants ';'",
+    )
+    grade.add_argument(
+        "--trust-the-students",
+        action="store_true",
+        help="run their code as you, with your files and the network",
     )
     return grade
 
 
 def run(args) -> int | None:
-    """Release, check or grade labs: exit code 1 where a check found something."""
-    return {"release": _release, "check": _check, "grade": _grade}[args.what](args)
+    """Do what was asked: exit code 1 where a check found something."""
+    actions = {
+        "release": _release,
+        "handout": _handout,
+        "check": _check,
+        "grade": _grade,
+    }
+    return actions[args.what](args)
 
 
 def _release(args) -> None:
@@ -104,17 +163,40 @@ def _release(args) -> None:
         print(path if written else stays)
 
 
-def _check(args) -> int:
-    from mkt.course.labs import grading
+def _handout(args) -> None:
+    from mkt.course.labs import handout
 
-    lines, passed = grading.check(args.path, args.limit)
+    for path in handout.write(args.output):
+        print(path)
+
+
+def _check(args) -> int:
+    from mkt.course.labs import checking
+
+    lines, passed = checking.check(args.path, args.limit)
     for line in lines:
         print(line)
     return 0 if passed else 1
 
 
-def _grade(args) -> None:
-    from mkt.course.labs import grading
+def _grade(args) -> int:
+    from mkt.course.labs import grading, pages
 
-    grading.grade(args.path, args.output, args.limit)
+    troubles = []
+    if args.merge:
+        grading.merge(args.output)
+    elif args.path is None:
+        raise ValueError("name the FOLDER with what was handed in, or say --merge")
+    else:
+        troubles = grading.grade(
+            args.path,
+            args.output,
+            args.limit,
+            trusted=args.trust_the_students,
+            comma="\t" if args.separator == "tab" else args.separator,
+        )
     print(args.output)
+    print(pages.folder_of(args.output))
+    for trouble in troubles:
+        print(trouble)
+    return 1 if troubles else 0

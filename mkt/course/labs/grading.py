@@ -1,255 +1,284 @@
-"""Points for labs: `check` one notebook for a student, `grade` a folder for a teacher.
+"""Points for all that was handed in: ``labs grade``, a table and a page for each.
 
-Cells that must fail are run after those of a submission, and tell when asserts no
-longer do; that is no proof against intent.
+The table is only ever written here.  A row that it has stays as it is, with what a
+teacher has typed into it, so that a run that was stopped can be started again.
 """
 
-import asyncio
-import csv
-from collections.abc import Callable, Mapping
+import tempfile
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import nbformat
 from nbformat import NotebookNode
 from tqdm import tqdm
 
 from mkt.course.book.client import KERNELS
+from mkt.course.labs import pages, sandbox, table
 from mkt.course.labs.marks import (
-    Mark,
     answers,
     edited,
     failures_of,
     faults,
     marks,
     merged,
-    read,
     reasons,
 )
-from mkt.course.labs.notebooks import HANDOUT, STUBS, labs, name, of_role, points
-from mkt.course.labs.submissions import Submission, handed_in
-from mkt.files import whole
+from mkt.course.labs.marks import read as read_notebook
+from mkt.course.labs.notebooks import labs, name, of_role, points
+from mkt.course.labs.submissions import Submission, coincidences, handed_in
+from mkt.course.labs.table import Row
 
-WRONG = (
-    "False",
-    "all([False])",
-    "abs(1) == 0",
-    "np.all([False])",
-    "np.isclose(0, 1)",
-    "np.allclose([0, 1], [0, 2])",
-    "np.array_equal([0], [1])",
+# Of the table, before and after the checks and questions.
+COLUMNS = (
+    ("student", "lab", "points", "of", "total", "maximum"),
+    ("note", "answers", "file", "sha256"),
 )
-MUST_FAIL = [nbformat.v4.new_code_cell(f"assert {wrong}") for wrong in WRONG]
-# Of the table, before and after the checks.
-COLUMNS = ("student", "lab", "points", "of", "to_read"), ("note", "answers", "file")
-
-Row = dict[str, Any]
+OURS = "not graded, and not by the student's fault"
+Labs = Mapping[str, NotebookNode]
 
 
-def check(path: Path, limit: float = 60) -> tuple[list[str], bool]:
-    """Run a student's notebook with the checks that it has, and say how each went.
+def grade(
+    folder: Path,
+    output: Path,
+    limit: float = 60,
+    *,
+    trusted: bool = False,
+    comma: str = ",",
+) -> list[str]:
+    """Grade all notebooks of a folder into a table, and a page for each beside it.
 
-    Parameters
-    ----------
-    path : Path
-        Of the notebook, also as seen from notebooks/handout.
-    limit : float [s]
-        What a cell may take.
-
-    Returns
-    -------
-    lines : list of str
-    passed : bool
-        Whether all checks gave their points.
-
-    Raises
-    ------
-    ValueError
-        For a file that is no lab, or not there.
-    """
-    notebook = read(_found(path))
-    if not of_role(notebook, "check"):
-        raise ValueError(
-            f"{path}: this notebook has no checks; "
-            "`python3 -m mkt labs release` makes notebooks that have"
-        )
-    failures = asyncio.run(failures_of(notebook.cells, limit))
-    results = marks(notebook, notebook, failures)
-    questions = of_role(notebook, "question")
-    lines = [
-        *map(_line, results),
-        *(_question(question, cell) for question, cell in questions.items()),
-        *faults(notebook, failures),
-        _sum(results, sum(points(cell) for cell in questions.values())),
-    ]
-    return lines, not any(mark.words for mark in results)
-
-
-def _found(path: Path) -> Path:
-    for place in (path, HANDOUT / path):
-        if place.is_file():
-            return place
-    raise ValueError(
-        f"{path}: there is no such file, seen from this folder or from {HANDOUT}; "
-        "`python3 -m mkt labs release` writes the labs into that one"
-    )
-
-
-def _line(mark: Mark) -> str:
-    """How a check went."""
-    words = f": {mark.words}" if mark.words else ""
-    return f"{mark.points:3g} of {mark.of:g}  {mark.check}{words}"
-
-
-def _question(question: str, cell: NotebookNode) -> str:
-    """What becomes of a question, which no check can judge."""
-    stub = STUBS["markdown"]
-    text = cell.source.strip()
-    words = f"no answer yet, it goes in the place of {stub}"
-    if text and not text.endswith(stub):
-        words = "a person reads your answer"
-    return f"  ? of {points(cell):g}  {question}: {words}"
-
-
-def _sum(results: list[Mark], to_read: float) -> str:
-    so_far = sum(mark.points for mark in results)
-    of = sum(mark.of for mark in results)
-    read = f", and {to_read:g} for what a person reads" if to_read else ""
-    return f"{so_far:g} of {of:g} points so far{read}; the hidden checks may find more"
-
-
-def grade(folder: Path, output: Path, limit: float = 60) -> None:
-    """Grade all notebooks of a folder into a new CSV file.
-
-    Which these are `mkt.course.labs.submissions` says.  The table has a row for each,
-    sorted by student and lab, and grows row by row.  A row has the points of each
-    check, their sum, the points of the questions that a person has to read, the
-    answers, and a note on what went wrong.  This executes what the students wrote.
+    Which these are `mkt.course.labs.submissions` says.  A row has the points of each
+    check and their sum, an empty place for those of each question that a person reads,
+    the answers, and a note on what went wrong.
 
     Parameters
     ----------
     folder, output : Path
     limit : float [s]
-        What a cell may take.
+        What a cell or a check may take.
+    trusted : bool
+        Whether the students' code may run without bubblewrap's box.
+    comma : str
+        What stands between two cells of the table.
+
+    Returns
+    -------
+    list of str
+        What could not be graded through a failure that is not the student's.
 
     Raises
     ------
     ValueError
-        Where there is nothing to grade, or the table is there already.
+        Where there is nothing to grade, no box, or another file in the table's place.
     InterruptedError
         At Ctrl-C; it says what is in the table.
     """
+    if not trusted and not sandbox.program():
+        raise ValueError(f"{sandbox.MISSING}; or say --trust-the-students")
     sources = labs()
-    _can_make(output)
-    found = handed_in(folder, sources)
-    columns = _columns(found, sources)
-    rows: list[Row] = []
+    rows = [row for row in _rows_so_far(output) if OURS not in row["note"]]
+    with tempfile.TemporaryDirectory(prefix="mkt-labs-") as copies:
+        found = handed_in(folder, sources, Path(copies))
+        found = [_recognised(one, sources) for one in found]
+        grader = _Grader(sources, coincidences(found), limit, boxed=not trusted)
+        done = {(row["file"], row["sha256"]) for row in rows}
+        left = [one for one in found if _key(one) not in done]
+        try:
+            for row in grader.rows(left):
+                rows.append(row)
+                _write(output, rows, sources, comma)
+        except KeyboardInterrupt:
+            state = f"has {len(rows)} rows" if rows else "was not begun"
+            raise InterruptedError(
+                f"stopped: {output} {state}; the same command goes on from there"
+            ) from None
+    return [f"{row['file']}: {row['note']}" for row in rows if OURS in row["note"]]
 
-    def keep(row: Row) -> None:
-        rows.append(row)
-        _write(output, columns, rows)
 
-    try:
-        asyncio.run(_grade_all(found, sources, limit, keep))
-    except KeyboardInterrupt:
-        state = f"has {len(rows)} of {len(found)} rows" if rows else "was not begun"
-        raise InterruptedError(f"stopped: {output} {state}") from None
+def merge(output: Path) -> None:
+    """Sum up a table that a teacher has typed points into, and write the pages anew.
+
+    With a total, a page shows the model answers too.
+
+    Raises
+    ------
+    ValueError
+        Where there is no table, or something else than points in it.
+    """
+    if not output.is_file():
+        raise ValueError(f"{output}: there is no such table; `labs grade` makes it")
+    comma = table.separator(output)
+    _write(output, _rows_so_far(output), labs(), comma)
 
 
-def _can_make(output: Path) -> None:
+def _rows_so_far(output: Path) -> list[Row]:
     if output.exists():
-        raise ValueError(
-            f"-o {output}: it is there already, perhaps with marks that you typed; "
-            "choose another name, or remove it"
-        )
+        return table.read(output)
     if not output.parent.is_dir():
         raise ValueError(
             f"-o {output}: there is no folder {output.parent}; "
             "make it first, or choose another place"
         )
+    return []
 
 
-def _columns(found: list[Submission], sources: Mapping[str, NotebookNode]) -> list[str]:
-    """Of the table: with all checks of the labs that were handed in."""
-    before, after = COLUMNS
-    present = {one.lab for one in found}
-    checks = [
-        of_role(lab, "check") for title, lab in sources.items() if title in present
-    ]
-    return [*before, *(check for each in checks for check in each), *after]
+def _write(output: Path, rows: list[Row], sources: Labs, comma: str) -> None:
+    """Write the table with its totals, and a page for each of its rows."""
+    rows = [row | {"total": _total(row, sources.get(row["lab"]))} for row in rows]
+    table.write(output, _columns(rows, sources), rows, comma)
+    for row in rows:
+        if row["lab"] in sources:
+            pages.write(output, row, sources[row["lab"]])
+    present = {row["lab"] for row in rows}
+    labs = {title: lab for title, lab in sources.items() if title in present}
+    pages.write_rubrics(output, labs)
 
 
-def _write(output: Path, columns: list[str], rows: list[Row]) -> None:
-    """Write the table as a whole."""
+def _total(row: Row, lab: NotebookNode | None) -> str:
+    """The points of a row with those that were typed, "" while some are missing.
 
-    def order(row: Row) -> tuple[str, str, str]:
-        return row["student"], row["lab"] or "", row["file"]
-
-    # Its first mark (utf-8-sig) tells spreadsheets how to read umlauts.
-    with (
-        whole(output) as half,
-        half.open("w", newline="", encoding="utf-8-sig") as file,
-    ):
-        writer = csv.DictWriter(file, columns)
-        writer.writeheader()
-        writer.writerows(sorted(rows, key=order))
-
-
-async def _grade_all(
-    found: list[Submission],
-    sources: Mapping[str, NotebookNode],
-    limit: float,
-    keep: Callable[[Row], None],
-) -> None:
-    gate = asyncio.Semaphore(KERNELS)
-
-    async def one(submission: Submission) -> None:
-        async with gate:
-            lab = sources.get(submission.lab or "")
-            keep(await _row(submission, lab, limit))
-            bar.update()
-
-    with tqdm(total=len(found), desc="submissions", disable=None) as bar:
-        await asyncio.gather(*map(one, found))
-
-
-async def _row(submission: Submission, lab: NotebookNode | None, limit: float) -> Row:
-    """The row of one submission, whatever it is."""
-    student, title, path = submission
-    row = {"student": student, "lab": title, "file": str(path)}
-    if not submission.is_notebook:
-        return row | {"note": f"not a notebook: {path.suffix or path.name}"}
-    if lab is None:
-        note = "of no lab: the name of the file must have that of the lab in it"
-        return row | {"note": note}
-    try:
-        return row | await _graded(lab, path, limit)
-    except Exception as error:  # what is wrong with one file must not stop the others
-        of = sum(points(cell) for cell in of_role(lab, "check").values())
-        note = f"cannot be graded: {type(error).__name__}: {error}"
-        return row | {"points": 0, "of": of, "to_read": 0, "note": note}
-
-
-async def _graded(lab: NotebookNode, path: Path, limit: float) -> Row:
-    """What a row says about a notebook that can be read."""
-    handed_in = read(path)
-    cells = merged(lab, handed_in).cells
-    failures = await failures_of([*cells, *MUST_FAIL], limit)
-    failed = [failures.pop(name(cell), "") for cell in MUST_FAIL]
-    results = marks(lab, handed_in, failures)
-    said = answers(lab, handed_in)
+    Raises
+    ------
+    ValueError
+        For what is no number of points.
+    """
+    if lab is None or not row["points"]:
+        return ""
     questions = of_role(lab, "question")
-    notes = [
-        *([] if all(failed) else ["the checks were tampered with: read this notebook"]),
-        *(f"{one}: not answered" for one in questions if one not in said),
-        *edited(lab, handed_in),
-        *faults(merged(lab, handed_in), failures),
-        *reasons(results),
+    typed = [row.get(question, "") for question in questions]
+    if not all(typed):
+        return ""
+    most = [points(cell) for cell in questions.values()]
+    read = [_points(text, of, row) for text, of in zip(typed, most, strict=True)]
+    return f"{_points(row['points'], float('inf'), row) + sum(read):g}"
+
+
+def _points(text: str, most: float, row: Row) -> float:
+    try:
+        value = float(text.replace(",", "."))
+    except ValueError:
+        value = -1
+    if not 0 <= value <= most:
+        raise ValueError(
+            f"{row['student']}, {row['lab']}: {text!r} in the table is not a number of "
+            f"points from 0 to {most:g}"
+        )
+    return value
+
+
+def _columns(rows: Iterable[Row], sources: Labs) -> list[str]:
+    """Of the table: with all checks and questions of the labs that it has."""
+    before, after = COLUMNS
+    present = {row["lab"] for row in rows}
+    pieces = [
+        of_role(lab, "check", "question")
+        for title, lab in sources.items()
+        if title in present
     ]
-    return {mark.check: mark.points for mark in results} | {
-        "points": sum(mark.points for mark in results),
-        "of": sum(mark.of for mark in results),
-        "to_read": sum(points(questions[question]) for question in said),
-        "note": "; ".join(notes),
-        "answers": "\n\n".join(f"{one}: {text}" for one, text in said.items()),
+    return [*before, *dict.fromkeys(one for each in pieces for one in each), *after]
+
+
+def _recognised(one: Submission, sources: Labs) -> Submission:
+    """A submission with the lab that its cells are of, whatever the file is called."""
+    if one.copy is None:
+        return one
+    try:
+        names = {name(cell) for cell in read_notebook(one.copy).cells}
+    except (OSError, ValueError):
+        return one
+    shared = {
+        title: len(names & {*of_role(lab, "check", "solution", "question")})
+        for title, lab in sources.items()
     }
+    best = max(shared, key=shared.__getitem__)
+    return replace(one, lab=best) if shared[best] else one
+
+
+def _key(one: Submission) -> tuple[str, str]:
+    """What a row knows a submission by."""
+    return table.harmless(str(one.path)), one.sha256
+
+
+class _Grader:
+    """Makes rows of submissions.
+
+    Parameters
+    ----------
+    sources : dict
+        The labs by name.
+    odd : dict
+        What is odd about submissions beside one another.
+    limit : float [s]
+    boxed : bool
+    """
+
+    def __init__(self, sources: Labs, odd: dict, limit: float, *, boxed: bool):
+        self.sources, self.odd, self.limit, self.boxed = sources, odd, limit, boxed
+
+    def rows(self, found: list[Submission]) -> Iterable[Row]:
+        """The rows of submissions, as they come."""
+        with ThreadPoolExecutor(KERNELS) as pool:
+            futures = [pool.submit(self.row, one) for one in found]
+            try:
+                bar = tqdm(total=len(found), desc="submissions", disable=None)
+                for future in as_completed(futures):
+                    yield future.result()
+                    bar.update()
+                bar.close()
+            finally:
+                pool.shutdown(wait=False, cancel_futures=True)
+
+    def row(self, one: Submission) -> Row:
+        """The row of one submission, whatever it is."""
+        file, sha256 = _key(one)
+        row = dict.fromkeys([*COLUMNS[0], *COLUMNS[1]], "")
+        row |= {"student": table.harmless(one.student), "lab": one.lab or ""}
+        row |= {"file": file, "sha256": sha256, "note": one.trouble}
+        if one.copy is None:
+            return row
+        if one.lab is None:
+            note = "of no lab: neither its name nor its cells are those of one"
+            return row | {"note": note}
+        try:
+            lab = self.sources[one.lab]
+            return row | self.graded(one, one.copy, lab)
+        except Exception as error:  # one failure must not stop the others
+            why = f"{OURS}: {type(error).__name__}: {error}"
+            return row | {"note": table.harmless(why)}
+
+    def graded(self, one: Submission, copy: Path, lab: NotebookNode) -> Row:
+        """What a row says about a notebook."""
+        maxima = [points(cell) for cell in of_role(lab, "check").values()]
+        manual = [points(cell) for cell in of_role(lab, "question").values()]
+        most = {"of": f"{sum(maxima):g}", "maximum": f"{sum(maxima + manual):g}"}
+        try:
+            notebook = read_notebook(copy)
+        except ValueError as error:
+            zeros = dict.fromkeys(of_role(lab, "check", "question"), "0")
+            words = str(error).replace(str(copy), one.path.name)
+            return most | zeros | {"points": "0", "note": table.harmless(words)}
+        failures = failures_of(lab, notebook, self.limit, boxed=self.boxed)
+        results = marks(lab, failures)
+        said = answers(lab, notebook)
+        questions = of_role(lab, "question")
+        renamed = f"not called after its lab, {one.lab}, but its cells are of it"
+        notes = [
+            *([] if str(one.lab) in one.path.stem else [renamed]),
+            *self.odd[one.path],
+            *(f"{one}: not answered" for one in questions if one not in said),
+            *edited(lab, notebook),
+            *faults(merged(lab, notebook), failures),
+            *reasons(results),
+        ]
+        texts = {
+            "note": "\n".join(notes),
+            "answers": "\n\n".join(f"{one}: {text}" for one, text in said.items()),
+        }
+        return (
+            most
+            | {mark.check: f"{mark.points:g}" for mark in results}
+            | {question: "" if question in said else "0" for question in questions}
+            | {"points": f"{sum(mark.points for mark in results):g}"}
+            | {key: table.harmless(text) for key, text in texts.items()}
+        )

@@ -1,8 +1,8 @@
 """What a student's notebook is worth, and what is to be said about it.
 
-A submission runs as the student left it, but each check and given cell is replaced by
-the lab's own, found by its grade_id: an edited check is of no help, a deleted one costs
-its points.
+A submission runs as the student left it, but each given cell is replaced by the lab's
+own, found by its grade_id, and the checks are the lab's own: one that was edited or
+deleted is neither of help nor of harm.
 """
 
 import warnings
@@ -13,8 +13,9 @@ from typing import NamedTuple
 import nbformat
 from nbformat import NotebookNode
 
-from mkt.course.labs.notebooks import headings, name, of_role, points, released
-from mkt.course.labs.process import NOT_RUN, UNWRITTEN, kernel, run
+from mkt.course.labs.judge import judged
+from mkt.course.labs.notebooks import headings, name, of_role, points, released, role
+from mkt.course.labs.student import UNWRITTEN, Cell
 
 
 class Mark(NamedTuple):
@@ -58,37 +59,49 @@ def read(path: Path) -> NotebookNode:
         raise ValueError(f"{path} is not a notebook: {why}") from None
 
 
-async def failures_of(cells: Iterable[NotebookNode], limit: float) -> dict[str, str]:
-    """Which of some cells fail in a fresh kernel (see `mkt.course.labs.process.run`).
-
-    Parameters
-    ----------
-    cells : iterable of NotebookNode
-    limit : float [s]
-        What a cell may take.
-    """
-    async with kernel(limit) as client:
-        return await run(client, cells)
-
-
-def marks(
-    lab: NotebookNode, notebook: NotebookNode, failures: Mapping[str, str]
-) -> list[Mark]:
-    """The marks of all checks of a lab.
+def failures_of(
+    lab: NotebookNode, notebook: NotebookNode, limit: float, *, boxed: bool
+) -> dict[str, str]:
+    """What fails in a student's notebook, {name of the cell: why}.
 
     Parameters
     ----------
     lab, notebook : NotebookNode
         The lab, and what a student made of it.
+    limit : float [s]
+        What a cell or a check may take.
+    boxed : bool
+        Whether the student's code runs in bubblewrap's box.
+
+    Raises
+    ------
+    mkt.course.labs.judge.Trouble
+        Where the judge itself failed.
+    """
+    given, checks = (
+        _cells(of_role(lab, which).values()) for which in ("given", "check")
+    )
+    code = [cell for cell in merged(lab, notebook).cells if cell.cell_type == "code"]
+    theirs = _cells(cell for cell in code if role(cell) != "check")
+    return judged(given, checks, theirs, limit, boxed=boxed)
+
+
+def _cells(cells: Iterable[NotebookNode]) -> list[Cell]:
+    return [Cell(name(cell), cell.source) for cell in cells]
+
+
+def marks(lab: NotebookNode, failures: Mapping[str, str]) -> list[Mark]:
+    """The marks of all checks of a lab.
+
+    Parameters
+    ----------
+    lab : NotebookNode
     failures : dict
         Of `failures_of`.
     """
-    present = of_role(notebook, "check")
     result = []
     for check, cell in of_role(lab, "check").items():
-        words = "this check is missing from the notebook"
-        if check in present:
-            words = failures.get(check, "")
+        words = failures.get(check, "")
         result.append(Mark(check, 0 if words else points(cell), points(cell), words))
     return result
 
@@ -142,26 +155,22 @@ def faults(notebook: NotebookNode, failures: Mapping[str, str]) -> list[str]:
     return [
         f"{where[cell]}: {words}"
         for cell, words in failures.items()
-        if cell in told and words != UNWRITTEN and not words.startswith(NOT_RUN)
+        if cell in told and cell in where and words != UNWRITTEN
     ]
 
 
 def edited(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
-    """Which checks and given cells a student has changed, in sentences."""
+    """Which checks and given cells a student has changed or deleted, in sentences."""
     ours = of_role(released(lab), "check", "given")
-    return [
-        f"{name(cell)}: was edited, the original counts"
-        for cell in notebook.cells
-        if name(cell) in ours and cell.source.strip() != ours[name(cell)].source.strip()
-    ]
+    theirs = {name(cell): cell.source.strip() for cell in notebook.cells}
+    deeds = {
+        cell: "edited" if cell in theirs else "deleted"
+        for cell, original in ours.items()
+        if theirs.get(cell) != original.source.strip()
+    }
+    return [f"{cell}: was {deed}, the original counts" for cell, deed in deeds.items()]
 
 
 def reasons(marks: Iterable[Mark]) -> list[str]:
-    """Why checks gave no points; those that were not run are in one sentence."""
-    failed = [mark for mark in marks if mark.words]
-    idle = [mark.words for mark in failed if mark.words.startswith(NOT_RUN)]
-    words = [f"{m.check}: {m.words}" for m in failed if m.words not in idle]
-    if not idle:
-        return words
-    count = "1 check was" if len(idle) == 1 else f"{len(idle)} checks were"
-    return [*words, f"{idle[0].removeprefix(NOT_RUN)}, and {count} not run"]
+    """Why checks gave no points."""
+    return [f"{mark.check}: {mark.words}" for mark in marks if mark.words]

@@ -140,13 +140,16 @@ def release(folder: Path) -> dict[Path, bool]:
     Raises
     ------
     ValueError
-        Where that is the folder of the labs themselves, whose solutions would be lost.
+        Where that is the folder of the labs themselves, whose solutions would be lost,
+        or where there are none.
     """
     if folder.resolve() == FOLDER.resolve():
         raise ValueError(
             f"-o {folder}: that is where the labs with their solutions are; "
             "choose another folder"
         )
+    if not labs():
+        raise ValueError(f"{FOLDER}: there are no labs to release; ask your teacher")
     folder.mkdir(parents=True, exist_ok=True)
     places = {folder / f"{title}.ipynb": lab for title, lab in labs().items()}
     return {path: _written(path, lab) for path, lab in places.items()}

@@ -1,36 +1,57 @@
-"""What students handed in: which files of a folder are whose, and of which lab."""
+"""What students handed in: which files of a folder are whose, as they are now.
 
+All files are copied before anything of the students' runs.
+"""
+
+import hashlib
+import shutil
+import stat
 from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 # What systems and nbgrader leave beside what was handed in.
 ASIDE = {"__pycache__", "__MACOSX", "timestamp.txt"}
+LARGEST = 50e6  # [bytes] of a notebook
 
 
-class Submission(NamedTuple):
+@dataclass(frozen=True)
+class Submission:
     """A file that a student handed in.
 
-    Attributes
+    Parameters
     ----------
     student : str
     lab : str, optional
         The name of the lab, None where the file's name has none in it.
     path : Path
+        Seen from the folder of all submissions.
+    copy : Path, optional
+        None where it was not copied.
+    sha256 : str
+        Of its content, "" where it was not copied.
+    trouble : str
+        Why it cannot be graded, "" if it can.
     """
 
     student: str
     lab: str | None
     path: Path
-
-    @property
-    def is_notebook(self) -> bool:
-        """Whether it is one by its name."""
-        return self.path.suffix.lower() == ".ipynb"
+    copy: Path | None = None
+    sha256: str = ""
+    trouble: str = ""
 
 
-def handed_in(folder: Path, names: Iterable[str]) -> list[Submission]:
-    """The same as `submissions`, where there is something to grade.
+def handed_in(folder: Path, names: Iterable[str], copies: Path) -> list[Submission]:
+    """The same as `submissions`, copied, where there is something to grade.
+
+    Parameters
+    ----------
+    folder : Path
+    names : iterable of str
+        Of the labs.
+    copies : Path
+        The folder for the copies.
 
     Raises
     ------
@@ -41,8 +62,8 @@ def handed_in(folder: Path, names: Iterable[str]) -> list[Submission]:
         raise ValueError(f"{folder}: this is a file; give the folder that it is in")
     if not folder.is_dir():
         raise ValueError(f"{folder}: there is no such folder")
-    found = submissions(folder, names)
-    if not any(one.is_notebook for one in found):
+    found = [_copied(folder, one, copies) for one in submissions(folder, names)]
+    if all(one.trouble for one in found):
         raise ValueError(
             f"{folder}: no notebooks in there; it takes STUDENT/LAB/LAB.ipynb, "
             "STUDENT/LAB.ipynb or STUDENT_LAB.ipynb"
@@ -51,7 +72,7 @@ def handed_in(folder: Path, names: Iterable[str]) -> list[Submission]:
 
 
 def submissions(folder: Path, names: Iterable[str]) -> list[Submission]:
-    """The files that were handed in, also those that are no notebooks.
+    """What was handed in, also what is no notebook, no file even.
 
     They are STUDENT/[.../]LAB.ipynb, as nbgrader's ``submitted`` has them, or
     STUDENT_LAB.ipynb; the name of the lab may stand anywhere in that of the file.
@@ -64,11 +85,15 @@ def submissions(folder: Path, names: Iterable[str]) -> list[Submission]:
         Of the labs.
     """
     names = list(names)
-    files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+    paths = [
+        path.relative_to(folder)
+        for path in sorted(folder.rglob("*"))
+        if path.is_symlink() or not path.is_dir()
+    ]
     return [
         _submission(folder, path, names)
-        for path in files
-        if not any(map(_is_aside, path.relative_to(folder).parts))
+        for path in paths
+        if not any(map(_is_aside, path.parts))
     ]
 
 
@@ -78,9 +103,60 @@ def _is_aside(part: str) -> bool:
 
 def _submission(folder: Path, path: Path, names: list[str]) -> Submission:
     lab = next((lab for lab in names if lab in path.stem), None)
-    parts = path.relative_to(folder).parts
-    if len(parts) > 1:
-        student = parts[0]
+    if len(path.parts) > 1:
+        student = path.parts[0]
     else:
         student = path.stem.partition(lab or path.stem)[0].strip("_- ")
     return Submission(student or folder.resolve().name, lab, path)
+
+
+def _copied(folder: Path, one: Submission, copies: Path) -> Submission:
+    """A submission with its copy, or with what is in the way of one."""
+    path = folder / one.path
+    trouble = _trouble(path)
+    if trouble:
+        return replace(one, trouble=trouble)
+    copy = copies / f"{len(list(copies.iterdir()))}.ipynb"
+    shutil.copyfile(path, copy, follow_symlinks=False)
+    with copy.open("rb") as file:
+        sha256 = hashlib.file_digest(file, "sha256").hexdigest()
+    return replace(one, copy=copy, sha256=sha256)
+
+
+def _trouble(path: Path) -> str:
+    about = path.lstat()
+    if stat.S_ISLNK(about.st_mode):
+        return "a link to somewhere else, which was not followed"
+    if not stat.S_ISREG(about.st_mode):
+        return "not a file"
+    if path.suffix.lower() != ".ipynb":
+        return f"not a notebook: {path.suffix or path.name}"
+    if about.st_size > LARGEST:
+        return f"{about.st_size / 1e6:.0f} MB is too large for a notebook"
+    return ""
+
+
+def coincidences(found: Iterable[Submission]) -> dict[Path, list[str]]:
+    """What is odd about submissions beside one another, {path: sentences}.
+
+    That is a file that others have too, and a second one of the same student and lab.
+    """
+    graded = [one for one in found if not one.trouble]
+    return {
+        one.path: [
+            sentence
+            for other in graded
+            if other is not one
+            for sentence in _alike(one, other)
+        ]
+        for one in graded
+    }
+
+
+def _alike(one: Submission, other: Submission) -> list[str]:
+    words = []
+    if one.sha256 == other.sha256:
+        words.append(f"the same file, byte for byte, as {other.path}")
+    if one.lab and (one.student, one.lab) == (other.student, other.lab):
+        words.append(f"there is another file of this lab by this student: {other.path}")
+    return words

@@ -1,0 +1,178 @@
+"""The process in which a student's code runs: ``python -m mkt.course.labs.accused``.
+
+It executes cells and calls the functions that they define, as the judge asks on its
+standard input (see `mkt.course.labs.student`, the other end).  Nothing in here decides
+about points: whatever the student's code does to this process, it can only send other
+values.
+"""
+
+import _thread
+import io
+import os
+import pickle
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+from mkt.course.labs import sandbox
+from mkt.course.labs.values import pack, receive, send
+
+ENDLESS = 2**62  # [bytes]: the judge may send what it likes
+Request = dict[str, Any]
+
+
+def main() -> None:
+    """Serve the judge until it closes the pipe."""
+    requests, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    with Path(os.devnull).open("r+b") as nowhere:
+        for stream in range(3):  # what the students print reaches nobody
+            os.dup2(nowhere.fileno(), stream)
+    os.environ |= {"MPLBACKEND": "agg", "MKT_STATIC": "0"}
+    if "boxed" in sys.argv:
+        sandbox.limit()
+    Accused(requests, replies).serve()
+
+
+class Accused:
+    """A student's namespace, and the conversation about it.
+
+    Parameters
+    ----------
+    requests, replies : binary file
+    """
+
+    def __init__(self, requests, replies):
+        from IPython.core.interactiveshell import InteractiveShell
+        from traitlets.config import Config
+
+        self.requests, self.replies = requests, replies
+        config = Config({"HistoryManager": {"enabled": False}})
+        self.shell = InteractiveShell.instance(config=config)
+        self.kept: list[Any] = []
+        self.generators: dict[int, np.random.Generator] = {}
+
+    def serve(self) -> None:
+        """Answer one request after the other."""
+        self.say({"value": "ready"})
+        deeds = {"run": self.run, "call": self.call, "get": self.get}
+        while True:
+            try:
+                request = self.hear()
+            except EOFError:
+                return
+            try:
+                with _at_most(request["limit"]):
+                    answer = deeds[request["do"]](request)
+            except BaseException as error:  # also SystemExit, which is theirs
+                answer = _told(error)
+            self.say(answer)
+
+    def hear(self) -> Any:
+        """The judge's next message."""
+        message = receive(self.requests, ENDLESS)
+        return _Unpickler(io.BytesIO(message), self).load()
+
+    def say(self, answer: Request) -> None:
+        """Send an answer, and how far the judge's random numbers are used up."""
+        states = {k: rng.bit_generator.state for k, rng in self.generators.items()}
+        try:
+            message = pack(answer | {"states": states}, self.keep)
+        except BaseException as error:  # a list in itself, an object that resists
+            message = pack(_told(error) | {"states": states}, self.keep)
+        send(self.replies, message)
+
+    def keep(self, value: Any) -> int:
+        """The number of an object that the judge can ask about later."""
+        self.kept.append(value)
+        return len(self.kept) - 1
+
+    def run(self, request: Request) -> Request:
+        """Execute a cell."""
+        done = self.shell.run_cell(request["source"])
+        if "matplotlib.pyplot" in sys.modules:
+            sys.modules["matplotlib.pyplot"].close("all")
+        error = done.error_before_exec or done.error_in_exec
+        return _told(error) if error else {"value": None}
+
+    def call(self, request: Request) -> Request:
+        """Call a function, with some of the names that it uses replaced."""
+        with patch.dict(self.shell.user_ns, request["patches"]):
+            function = self.named(request["name"])
+            return {"value": function(*request["args"], **request["kwargs"])}
+
+    def get(self, request: Request) -> Request:
+        """An attribute of an object that was kept."""
+        return {"value": getattr(self.kept[request["kept"]], request["name"])}
+
+    def named(self, name: str) -> Any:
+        """What the student has called so.
+
+        Raises
+        ------
+        NameError
+        """
+        if name not in self.shell.user_ns:
+            raise NameError(f"name '{name}' is not defined")
+        return self.shell.user_ns[name]
+
+    def back(self, number: int, args: tuple, kwargs: dict) -> Any:
+        """Call a function of the judge's."""
+        self.say({"back": number, "args": args, "kwargs": kwargs})
+        answer = self.hear()
+        for k, state in answer["states"].items():
+            self.generators[k].bit_generator.state = state
+        if "error" in answer:
+            raise RuntimeError(answer["error"])
+        return answer["value"]
+
+
+class _Unpickler(pickle.Unpickler):
+    """Of what the judge sends, which is trusted."""
+
+    def __init__(self, file, accused: Accused):
+        super().__init__(file)
+        self.accused = accused
+
+    def persistent_load(self, pid: tuple) -> Any:
+        """What the judge does not send, but names."""
+        kind, name, *more = pid
+        if kind == "own":
+            return self.accused.named(name)
+        if kind == "kept":
+            return self.accused.kept[name]
+        if kind == "function":
+            return lambda *args, **kwargs: self.accused.back(name, args, kwargs)
+        if kind == "locked":
+            name.flags.writeable = False
+            return name
+        generators = self.accused.generators
+        generators.setdefault(name, np.random.Generator(np.random.PCG64()))
+        generators[name].bit_generator.state = more[0]
+        return generators[name]
+
+
+@contextmanager
+def _at_most(limit: float) -> Iterator[None]:
+    """Interrupt what takes longer, as Ctrl-C does [s]."""
+    timer = threading.Timer(limit, _thread.interrupt_main)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def _told(error: BaseException) -> Request:
+    """An error in words."""
+    return {"error": type(error).__name__, "words": str(error)}
+
+
+if __name__ == "__main__":
+    main()

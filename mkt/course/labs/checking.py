@@ -1,0 +1,80 @@
+"""What a student is told about one notebook: ``labs check``."""
+
+from pathlib import Path
+
+from nbformat import NotebookNode
+
+from mkt.course.labs.marks import Mark, failures_of, faults, marks, read
+from mkt.course.labs.notebooks import HANDOUT, STUBS, of_role, points
+
+
+def check(path: Path, limit: float = 60) -> tuple[list[str], bool]:
+    """Run a student's notebook with the checks that it has, and say how each went.
+
+    Parameters
+    ----------
+    path : Path
+        Of the notebook, also as seen from notebooks/handout.
+    limit : float [s]
+        What a cell or a check may take.
+
+    Returns
+    -------
+    lines : list of str
+    passed : bool
+        Whether all checks gave their points.
+
+    Raises
+    ------
+    ValueError
+        For a file that is no lab, or not there.
+    """
+    notebook = read(_found(path))
+    if not of_role(notebook, "check"):
+        raise ValueError(
+            f"{path}: this notebook has no checks; "
+            "`python3 -m mkt labs release` makes notebooks that have"
+        )
+    failures = failures_of(notebook, notebook, limit, boxed=False)
+    results = marks(notebook, failures)
+    questions = of_role(notebook, "question")
+    lines = [
+        *map(_line, results),
+        *(_question(question, cell) for question, cell in questions.items()),
+        *faults(notebook, failures),
+        _sum(results, sum(points(cell) for cell in questions.values())),
+    ]
+    return lines, not any(mark.words for mark in results)
+
+
+def _found(path: Path) -> Path:
+    for place in (path, HANDOUT / path):
+        if place.is_file():
+            return place
+    raise ValueError(
+        f"{path}: there is no such file, seen from this folder or from {HANDOUT}; "
+        "`python3 -m mkt labs release` writes the labs into that one"
+    )
+
+
+def _line(mark: Mark) -> str:
+    """How a check went."""
+    words = f": {mark.words}" if mark.words else ""
+    return f"{mark.points:3g} of {mark.of:g}  {mark.check}{words}"
+
+
+def _question(question: str, cell: NotebookNode) -> str:
+    """What becomes of a question, which no check can judge."""
+    stub = STUBS["markdown"]
+    text = cell.source.strip()
+    words = f"no answer yet, it goes in the place of {stub}"
+    if text and not text.endswith(stub):
+        words = "a person reads your answer"
+    return f"  ? of {points(cell):g}  {question}: {words}"
+
+
+def _sum(results: list[Mark], to_read: float) -> str:
+    so_far = sum(mark.points for mark in results)
+    of = sum(mark.of for mark in results)
+    read = f", and {to_read:g} for what a person reads" if to_read else ""
+    return f"{so_far:g} of {of:g} points so far{read}; the hidden checks may find more"

@@ -1,0 +1,94 @@
+"""All that a student needs, and nothing that the student must not see.
+
+A folder and a zip with the library, the chapters, and the labs as they are released;
+the two commands of its README set it up.  Without the folder of the labs' solutions
+nothing in it knows a hidden check.
+"""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+from mkt.course.labs.notebooks import HANDOUT, release
+from mkt.files import ROOT
+
+# What a clone has and a student does not need, beside what git does not know.
+LEFT_OUT = ("tests", ".ci", "notebooks/labs", "notebooks/handout")
+README = """\
+# Multiple kernel tracking: the course
+
+Nothing but Python (3.11 or later) is needed.  In a terminal in this folder,
+
+    python3 -m mkt lab
+
+sets everything up, which takes some minutes the first time, and opens the chapters and
+the labs.  The labs are in `{labs}`.  To hear how you are doing, save and run
+
+    python3 -m mkt labs check {first}
+
+as often as you like.  On Windows it is `py` in place of `python3`.
+
+Hand in the notebook under the name that it has.
+"""
+
+
+def write(folder: Path) -> list[Path]:
+    """Write the handout.
+
+    Parameters
+    ----------
+    folder : Path
+        Which must not be there yet, and a file of the same name with .zip neither.
+
+    Returns
+    -------
+    list of Path
+        The folder and the zip.
+
+    Raises
+    ------
+    ValueError
+        Where something is in the way.
+    """
+    folder = folder.resolve()
+    archive = folder.with_name(f"{folder.name}.zip")
+    for path in (folder, archive):
+        if path.exists():
+            raise ValueError(f"-o {path}: it is there already; choose another name")
+    if folder.is_relative_to(ROOT):
+        raise ValueError(f"-o {folder}: choose a place outside of {ROOT}")
+    for name in _files():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, folder / name)
+    labs = [path.name for path in release(folder / _inside(HANDOUT))]
+    text = README.format(labs=_inside(HANDOUT), first=labs[0] if labs else "LAB")
+    (folder / "README.md").write_text(text, encoding="utf-8")
+    shutil.make_archive(str(folder), "zip", folder.parent, folder.name)
+    return [folder, archive]
+
+
+def _inside(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def _files() -> list[str]:
+    """The files of the clone that git knows, without what is left out.
+
+    Raises
+    ------
+    ValueError
+        Where this is no clone.
+    """
+    listed = ["git", "-C", str(ROOT), "ls-files", "-z"]
+    try:
+        done = subprocess.run(listed, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        raise ValueError(
+            f"{ROOT}: only a git clone can be handed out, whose files git lists"
+        ) from None
+    names = done.stdout.split("\0")
+    return [name for name in names if name and not _left_out(name)]
+
+
+def _left_out(name: str) -> bool:
+    return any(name == one or name.startswith(f"{one}/") for one in LEFT_OUT)

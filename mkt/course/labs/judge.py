@@ -1,0 +1,157 @@
+"""What a student's notebook is worth: the checks, in a process that is not its own.
+
+The student's cells run in one process (`mkt.course.labs.accused`), and the given cells
+and checks of the lab here, where the student's names stand for calls into the other
+one.  A check sees what a function returns, and nothing that was done to Python, numpy
+or the notebook around it.  ``python -m mkt.course.labs.judge`` judges one notebook.
+"""
+
+import ast
+import builtins
+import contextlib
+import io
+import json
+import os
+import subprocess
+import sys
+import types
+from collections.abc import Iterable
+from typing import Any
+
+from mkt.course.labs.student import CELLS, WHERE, Cell, Function, Student, TheirError
+
+# [s] that a judge may take for itself beside the student's time.
+OWN_TIME = 300
+LONGEST = 1000  # [letters] of what is said of a cell; a student's list may be endless
+
+
+class Trouble(RuntimeError):
+    """The judge itself failed, which says nothing about the student."""
+
+
+class Judge:
+    """The given cells of a lab, executed, and its checks, ready to be.
+
+    Parameters
+    ----------
+    given, checks : list of Cell
+        Of the lab.
+    student : Student
+    """
+
+    def __init__(self, given: list[Cell], checks: list[Cell], student: Student):
+        self.checks, self.student = checks, student
+        module = types.ModuleType(WHERE)
+        sys.modules[WHERE] = module  # data classes look their module up
+        self.space = vars(module)
+        self.functions = {
+            name: Function(student, name, self.patches)
+            for name in names_of_others([*given, *checks])
+        }
+        self.space |= self.functions
+        for cell in given:
+            self.verdict(cell)
+
+    def patches(self) -> dict[str, Any]:
+        """What a check has put in the place of the student's functions."""
+        return {
+            name: self.space[name]
+            for name, function in self.functions.items()
+            if self.space[name] is not function
+        }
+
+    def verdicts(self) -> dict[str, str]:
+        """Name of each check that fails -> why, in words."""
+        said = {cell.name: self.verdict(cell) for cell in self.checks}
+        return {name: words for name, words in said.items() if words}
+
+    def verdict(self, cell: Cell) -> str:
+        """Execute a cell of the lab, and say what went wrong, "" if nothing did."""
+        self.student.allow()
+        with contextlib.redirect_stdout(io.StringIO()):
+            try:
+                exec(compile(cell.source, cell.name, "exec"), self.space)
+            except TheirError as error:
+                return str(error)
+            except AssertionError as error:
+                return str(error) or "the assertion is false"
+            except Exception as error:
+                return f"stops with {type(error).__name__}: {error}"
+        return ""
+
+
+def names_of_others(cells: Iterable[Cell]) -> set[str]:
+    """Names that some cells use and do not define."""
+    used, defined = set(), set(dir(builtins))
+    for cell in cells:
+        for node in ast.walk(ast.parse(cell.source)):
+            if isinstance(node, ast.Name):
+                (used if isinstance(node.ctx, ast.Load) else defined).add(node.id)
+            elif isinstance(node, ast.arg):
+                defined.add(node.arg)
+            elif isinstance(node, ast.FunctionDef | ast.ClassDef | ast.ExceptHandler):
+                defined.add(str(node.name))
+            elif isinstance(node, ast.alias):
+                defined.add(node.asname or node.name.partition(".")[0])
+    return used - defined
+
+
+def judged(
+    given: list[Cell],
+    checks: list[Cell],
+    theirs: list[Cell],
+    limit: float = 60,
+    *,
+    boxed: bool,
+) -> dict[str, str]:
+    """What fails in a notebook, {name of the cell: why}, by a judge's own process.
+
+    Parameters
+    ----------
+    given, checks : list of Cell
+        Of the lab.
+    theirs : list of Cell
+        All of the student's but the checks.
+    limit : float [s]
+        What a cell or a check may take.
+    boxed : bool
+        Whether the student's run in bubblewrap's box.
+
+    Raises
+    ------
+    Trouble
+        Where the judge did not come to an end.
+    """
+    case = {"given": given, "checks": checks, "theirs": theirs}
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "mkt.course.labs.judge"],
+            input=json.dumps(case | {"limit": limit, "boxed": boxed}),
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            timeout=CELLS * limit + OWN_TIME,
+            env=os.environ | {"MPLBACKEND": "agg", "MKT_STATIC": "0"},
+        )
+        said = json.loads(done.stdout)
+        return {name: words[:LONGEST] for name, words in said.items()}
+    except subprocess.TimeoutExpired:
+        raise Trouble("the judge did not come to an end") from None
+    except ValueError:
+        last = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
+        raise Trouble(f"the judge failed: {last[0]}") from None
+
+
+def main() -> None:
+    """Judge the case on the standard input."""
+    case = json.load(sys.stdin)
+    given, checks, theirs = (
+        [Cell(*cell) for cell in case[part]] for part in ("given", "checks", "theirs")
+    )
+    with Student(theirs, case["limit"], case["boxed"]) as student:
+        said = Judge(given, checks, student).verdicts()
+        print(json.dumps(student.failures | said))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,106 @@
+"""A page for each student: what was right, what was said of the rest, the points."""
+
+import hashlib
+import re
+from pathlib import Path
+
+import jinja2
+from nbformat import NotebookNode
+
+from mkt.course.labs.notebooks import headings, of_role, points
+from mkt.course.labs.table import Row
+from mkt.files import whole
+
+_TEMPLATES = jinja2.Environment(
+    loader=jinja2.FileSystemLoader(Path(__file__).parent),
+    autoescape=True,
+    undefined=jinja2.StrictUndefined,
+)
+
+
+def folder_of(output: Path) -> Path:
+    """The folder for the pages that belong to a table."""
+    return output.with_name(f"{output.stem}_pages")
+
+
+def write(output: Path, row: Row, lab: NotebookNode) -> None:
+    """Write the page of a row: FOLDER/STUDENT/LAB.html, with the file's hash in it.
+
+    The model answers are on it as soon as the row has a total.
+
+    Parameters
+    ----------
+    output : Path
+        The table.
+    row : dict
+    lab : NotebookNode
+        With its solutions.
+    """
+    path = folder_of(output) / _safe(row["student"])
+    path /= f"{row['lab']}_{_short(row['file'] + row['sha256'])}.html"
+    where = headings(lab)
+    page = _TEMPLATES.get_template("page.html").render(
+        row=row,
+        title=_title(lab),
+        pieces=[
+            (check, _place(where[check]), row.get(check) or "?", points(cell))
+            for check, cell in of_role(lab, "check", "question").items()
+        ],
+        notes=row["note"].splitlines(),
+        answers=_models(lab) if row["total"] else {},
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with whole(path) as half:
+        half.write_text(page, encoding="utf-8")
+
+
+def write_rubrics(output: Path, labs: dict[str, NotebookNode]) -> None:
+    """Write what a person goes by who reads the answers: TABLE_rubrics.md.
+
+    Parameters
+    ----------
+    output : Path
+        The table.
+    labs : dict
+        Those that are in it, with their solutions.
+    """
+    parts = [
+        f"## {title}, {question}: {points(cell):g} points\n\n{_model(cell)}"
+        for title, lab in labs.items()
+        for question, cell in of_role(lab, "question").items()
+    ]
+    with whole(output.with_name(f"{output.stem}_rubrics.md")) as half:
+        half.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
+def _safe(text: str) -> str:
+    """A text as the name of a folder; two texts never have the same one."""
+    plain = re.sub(r"[^\w -]+", "_", text)[:80]
+    return plain if plain == text else f"{plain}_{_short(text)}"
+
+
+def _short(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()[:8]
+
+
+def _place(heading: str) -> str:
+    """A heading, without the words around it that a sentence needs."""
+    return heading.removeprefix('under "').removesuffix('"')
+
+
+def _title(lab: NotebookNode) -> str:
+    titles = [re.search(r"^# (.+)$", cell.source, re.MULTILINE) for cell in lab.cells]
+    return next((found[1] for found in titles if found), "Lab")
+
+
+def _models(lab: NotebookNode) -> dict[str, str]:
+    """The model solutions and answers, {name of the cell: text}."""
+    return {
+        name: _model(cell)
+        for name, cell in of_role(lab, "solution", "question").items()
+    }
+
+
+def _model(cell: NotebookNode) -> str:
+    """A solution or model answer without the marks round it."""
+    return re.sub(r"^.*### (BEGIN|END) SOLUTION.*\n?", "", cell.source, flags=re.M)

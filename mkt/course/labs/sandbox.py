@@ -1,0 +1,124 @@
+"""Where the code of strangers runs: bubblewrap's box, and limits inside it.
+
+In the box there is no network, no home and no other process; the system, Python and
+the library can be read, and nothing can be written but a /tmp that vanishes.
+"""
+
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import matplotlib
+
+from mkt.files import PACKAGE, ROOT
+
+MISSING = (
+    "bubblewrap, which keeps the students' programs away from your files and the "
+    "network, is not on this machine: on Debian or Ubuntu, sudo apt install bubblewrap"
+)
+GIGABYTE = 2**30
+MEMORY = 4 * GIGABYTE  # [bytes] of a process
+PROCESSES = 64
+ROOM = GIGABYTE // 4  # [bytes] of all files in /tmp
+NOBODY = 65534
+FONTS = "/tmp/matplotlib"
+SYSTEM = ("/usr", "/etc/ld.so.cache", "/etc/alternatives")
+LINKS = ("/bin", "/lib", "/lib64", "/sbin")  # into /usr, or folders on old systems
+
+
+def program() -> str | None:
+    """Where bubblewrap is, None without it."""
+    return shutil.which("bwrap")
+
+
+def boxed(command: list[str]) -> list[str]:
+    """A command that runs another one in a box of its own."""
+    readable = [*SYSTEM, *dict.fromkeys([sys.prefix, sys.base_prefix])]
+    readable += [str(PACKAGE), str(ROOT / "data")]
+    return [
+        program() or "bwrap",
+        *("--unshare-ipc", "--unshare-pid", "--unshare-net", "--unshare-uts"),
+        *("--unshare-cgroup-try", "--die-with-parent", "--new-session", "--clearenv"),
+        *_as_nobody(),
+        *(word for path in readable for word in _bound(Path(path))),
+        *(word for link in LINKS for word in _linked(Path(link))),
+        *("--proc", "/proc", "--dev", "/dev"),
+        *_writable("/dev/shm"),
+        *_writable("/tmp"),
+        *_fonts(),
+        *("--remount-ro", "/", "--remount-ro", "/dev", "--chdir", "/tmp"),
+        *(word for pair in _environment().items() for word in ("--setenv", *pair)),
+        *command,
+    ]
+
+
+def _as_nobody() -> list[str]:
+    """Root keeps the right to become nobody, which `limit` does; others need no right.
+
+    The number of root's processes cannot be limited.
+    """
+    if os.geteuid() == 0:
+        rights = ("--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID")
+        return ["--cap-drop", "ALL", *rights]
+    return ["--unshare-user", "--disable-userns", "--cap-drop", "ALL"]
+
+
+def _bound(path: Path) -> list[str]:
+    """What there is of a path can be read, and the folders above it be passed."""
+    above = [str(folder) for folder in reversed(path.parents)][1:]
+    passed = [word for one in above for word in ("--perms", "0755", "--dir", one)]
+    return [*passed, "--ro-bind-try", str(path), str(path)]
+
+
+def _linked(link: Path) -> list[str]:
+    if link.is_symlink():
+        return ["--symlink", str(link.readlink()), str(link)]
+    return ["--ro-bind-try", str(link), str(link)]
+
+
+def _writable(path: str) -> list[str]:
+    return ["--perms", "1777", "--size", str(ROOM), "--tmpfs", path]
+
+
+def _fonts() -> list[str]:
+    """Matplotlib's list of the fonts, which it would make anew every time."""
+    lists = Path(matplotlib.get_cachedir()).glob("fontlist-*.json")
+    places = ((str(path), f"{FONTS}/{path.name}") for path in lists)
+    binds = [word for place in places for word in ("--ro-bind-try", *place)]
+    return ["--perms", "1777", "--dir", FONTS, *binds]
+
+
+def _environment() -> dict[str, str]:
+    """All that a program in the box knows of its surroundings."""
+    return {
+        "HOME": "/tmp",
+        "PATH": f"{sys.prefix}/bin:/usr/bin:/bin",
+        "LANG": "C.UTF-8",
+        "MPLCONFIGDIR": FONTS,
+        "PYTHONPATH": str(ROOT),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+
+
+def environment_outside() -> dict[str, str]:
+    """Of a program that is trusted and has no box."""
+    return os.environ | {"PYTHONPATH": str(ROOT)}
+
+
+def limit() -> None:
+    """Take from this process, for good, what a lab does not need."""
+    import resource  # not on Windows, where there is no bubblewrap either
+
+    if os.geteuid() == 0:
+        os.setgroups([])
+        os.setgid(NOBODY)
+        os.setuid(NOBODY)
+    for kind, most in (
+        (resource.RLIMIT_AS, MEMORY),
+        (resource.RLIMIT_NPROC, PROCESSES),
+        (resource.RLIMIT_FSIZE, ROOM),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        resource.setrlimit(kind, (most, most))

@@ -1,0 +1,114 @@
+"""What passes between a judge and the accused, as bytes.
+
+The judge trusts nothing that the accused sends, so that this is no pickle: a line of
+JSON that says how values are nested, and the plain bytes of arrays after it.  What is
+neither a plain value nor an array stays where it is, and a number stands for it.
+"""
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any, BinaryIO
+
+import numpy as np
+
+LARGEST = 64 * 2**20  # [bytes] of a message from the accused
+KINDS = "biufcUS"  # of numpy: numbers and text, nothing that points elsewhere
+
+
+def pack(value: Any, keep: Callable[[Any], int]) -> bytes:
+    """A value as bytes.
+
+    Parameters
+    ----------
+    value : object
+    keep : callable
+        Keeps an object that cannot be sent, and returns its number.
+    """
+    arrays: list[np.ndarray] = []
+    skeleton = _nested(value, arrays, keep)
+    kinds = [[array.dtype.str, array.shape] for array in arrays]
+    head = json.dumps([skeleton, kinds]).encode("ascii")
+    return b"\n".join([head, b"".join(array.tobytes() for array in arrays)])
+
+
+def _nested(value: Any, arrays: list[np.ndarray], keep: Callable[[Any], int]) -> Any:
+    """A value as JSON can have it: itself, or [the letter of its type, what is in it].
+
+    Arrays are moved into a list; "s" is a number of numpy's, as an array without axes.
+    """
+
+    def inner(parts: Any) -> list:
+        return [_nested(part, arrays, keep) for part in parts]
+
+    if isinstance(value, (np.ndarray, np.generic)) and value.dtype.kind in KINDS:
+        arrays.append(np.asarray(value))
+        return ["a" if isinstance(value, np.ndarray) else "s", len(arrays) - 1]
+    if value is None or type(value) in (bool, int, float, str):
+        return value
+    if type(value) is dict:
+        return ["d", inner(value.items())]
+    if type(value) in (list, tuple):
+        return [type(value).__name__[0], inner(value)]
+    return ["k", keep(value)]
+
+
+def unpack(message: bytes, kept: Callable[[int], Any]) -> Any:
+    """The value that `pack` made a message of.
+
+    Parameters
+    ----------
+    message : bytes
+    kept : callable
+        What stands for an object that was kept, by its number.
+
+    Raises
+    ------
+    ValueError, TypeError, KeyError, IndexError, RecursionError
+        For bytes that are none of `pack`.
+    """
+    head, _, rest = message.partition(b"\n")
+    skeleton, kinds = json.loads(head)
+    arrays = []
+    for name, shape in kinds:
+        dtype = np.dtype(name)
+        if dtype.kind not in KINDS:
+            raise ValueError(f"an array of {dtype}")
+        size = math.prod(shape) * dtype.itemsize
+        arrays.append(np.frombuffer(rest[:size], dtype).reshape(shape).copy())
+        rest = rest[size:]
+    return _built(skeleton, arrays, kept)
+
+
+def _built(nested: Any, arrays: list[np.ndarray], kept: Callable[[int], Any]) -> Any:
+    """The value that `_nested` took apart."""
+    if not isinstance(nested, list):
+        return nested
+    letter, content = nested
+    if letter in "as":
+        return arrays[content] if letter == "a" else arrays[content][()]
+    if letter == "k":
+        return kept(int(content))
+    inner = [_built(part, arrays, kept) for part in content]
+    return {"l": list, "t": tuple, "d": dict}[letter](inner)
+
+
+def send(pipe: BinaryIO, message: bytes) -> None:
+    """Write a message, after its length, into a pipe."""
+    pipe.write(len(message).to_bytes(8, "big") + message)
+    pipe.flush()
+
+
+def receive(pipe: BinaryIO, largest: int = LARGEST) -> bytes:
+    """The next message of a pipe.
+
+    Raises
+    ------
+    EOFError
+        Where there is none, or none of an allowed length.
+    """
+    size = int.from_bytes(pipe.read(8), "big")
+    message = pipe.read(size) if 0 < size <= largest else b""
+    if not message or len(message) < size:
+        raise EOFError
+    return message

@@ -1,0 +1,79 @@
+"""`labs release` and `labs check`, on a made-up lab."""
+
+import nbformat
+import pytest
+
+from mkt.course import cli
+from mkt.course.labs import checking
+from mkt.course.labs.notebooks import released
+from tests.course.toy_lab import GOOD, TOY, answer, hand_in
+
+
+def test_release_writes_the_students_version_and_never_over_the_solutions(toy, capsys):
+    assert not cli.run(cli.parse(["labs", "release", "-o", str(toy / "handout")]))
+    assert nbformat.read(toy / "handout" / "toy.ipynb", 4).cells == released(TOY).cells
+    assert capsys.readouterr().out.strip() == str(toy / "handout" / "toy.ipynb")
+    with pytest.raises(SystemExit, match="choose another folder"):
+        cli.run(cli.parse(["labs", "release", "-o", str(toy / "labs")]))
+    assert nbformat.read(toy / "labs" / "toy.ipynb", 4) == TOY
+
+
+def test_check_tells_a_student_in_words_what_is_wrong(toy, capsys):
+    hand_in(
+        toy / "mine.ipynb",
+        answer(add="def add(a, b):\n    return a - b", why=GOOD["why"]),
+    )
+    assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1
+    assert capsys.readouterr().out.splitlines() == [
+        "  0 of 2  check_add: 1 + 2 is 3, not -1",
+        "  0 of 1  check_six: not written yet",
+        "  ? of 3  why: a person reads your answer",
+        "0 of 3 points so far, and 3 for what a person reads; "
+        "the hidden checks may find more",
+    ]
+
+
+def test_check_names_the_first_cell_that_stops_by_the_heading_above_it_and_no_cell_that_only_follows(  # noqa: E501
+    toy, capsys
+):
+    mine = answer(add="def add(a, b)\n    return a + b")
+    mine.cells.insert(0, nbformat.v4.new_markdown_cell("## 1. Add\n\nWrite `add`."))
+    mine.cells.append(nbformat.v4.new_code_cell("print(add(1, 2))"))
+    hand_in(toy / "mine.ipynb", mine)
+    assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1
+    *_, fault, _ = capsys.readouterr().out.splitlines()
+    assert fault.startswith('under "1. Add": stops with SyntaxError')
+
+
+def test_check_finds_a_lab_of_the_handout_by_its_name_and_says_where_it_looked_for_others(  # noqa: E501
+    toy, monkeypatch
+):
+    monkeypatch.setattr(checking, "HANDOUT", toy / "handout")
+    hand_in(toy / "handout" / "toy.ipynb", answer(**GOOD))
+    assert cli.run(cli.parse(["labs", "check", "toy.ipynb"])) == 0
+    with pytest.raises(
+        SystemExit,
+        match="no such file, seen from this folder or from .*handout.*labs release",
+    ):
+        cli.run(cli.parse(["labs", "check", "missing.ipynb"]))
+
+
+def test_release_leaves_a_students_work_as_it_is_and_says_so(toy, capsys):
+    hand_in(toy / "handout" / "toy.ipynb", answer(**GOOD))
+    assert not cli.run(cli.parse(["labs", "release", "-o", str(toy / "handout")]))
+    assert nbformat.read(toy / "handout" / "toy.ipynb", 4).cells == answer(**GOOD).cells
+    assert "is there already and stays as it is" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("{", "is not a notebook"),
+        ("[1]", "is not a notebook"),
+        (nbformat.writes(nbformat.v4.new_notebook()), "has no checks"),
+    ],
+)
+def test_check_says_so_when_a_file_is_no_lab(toy, text, said):
+    hand_in(toy / "mine.ipynb", text)
+    with pytest.raises(SystemExit, match=said):
+        cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")]))

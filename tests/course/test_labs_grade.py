@@ -1,0 +1,232 @@
+"""`labs grade` goes through a folder whatever is in it."""
+
+import json
+
+import nbformat
+import pytest
+
+from mkt.course import cli
+from mkt.course.labs import grading
+from tests.course.toy_lab import GOOD, answer, graded, hand_in, meta, rows
+
+# One file of each kind that forty students hand in.
+STUBBORN = """\
+import signal
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+while True: pass"""
+HANDED_IN = {
+    "good": answer(**GOOD),
+    "broken": "{",
+    "nonsense": json.dumps({"cells": 5}),
+    "empty": nbformat.v4.new_notebook(),
+    "untouched": answer(),
+    "edited": answer(
+        **GOOD | {"add": "def add(a, b):\n    return 3", "check_add": "pass"}
+    ),
+    "no_check": answer(**GOOD | {"check_add": None}),
+    "no_solution": answer(**GOOD | {"add": None}),
+    "endless": answer(**GOOD | {"add": "def add(a, b):\n    while True: pass"}),
+    "stubborn": answer(**GOOD | {"add": STUBBORN}),
+    "dies": answer(**GOOD | {"add": "import os\nos._exit(1)"}),
+    "typo": answer(**GOOD | {"add": "def add(a, b)\n    return a + b"}),
+}
+HALF_DONE = ("edited", "no_solution", "endless", "stubborn", "dies", "typo")
+NOTES = {
+    "broken": "is not a notebook",
+    "nonsense": "is not a notebook",
+    "empty": "check_six: was deleted, the original counts",
+    "untouched": "why: not answered",
+    "edited": "check_add: was edited, the original counts",
+    "no_check": "check_add: was deleted, the original counts",
+    "no_solution": "name 'add' is not defined",
+    "endless": "is there a loop that never ends",
+    "stubborn": "could not be interrupted",
+    "dies": "add: the program died, perhaps for want of memory",
+    "typo": "add: stops with SyntaxError",
+}
+GOOD_ROW = {
+    "student": "good",
+    "lab": "toy",
+    "points": "3",
+    "of": "3",
+    "total": "",
+    "maximum": "6",
+    "check_add": "2",
+    "check_six": "1",
+    "why": "",
+    "note": "",
+    "answers": "why: I do not know.",
+    "file": "good/toy/toy.ipynb",
+    "sha256": "",
+}
+
+
+@pytest.mark.slow
+def test_grade_goes_through_a_folder_whatever_is_in_it(toy):
+    """Each is graded by itself."""
+    for student, text in HANDED_IN.items():
+        hand_in(toy / "submitted" / student / "toy" / "toy.ipynb", text)
+    rows = graded(toy / "submitted", toy / "grades.csv", "--limit", "4")
+    expected = {"good": "3", "no_check": "3"} | dict.fromkeys(HALF_DONE, "1")
+    assert {student: row["points"] for student, row in rows.items()} == dict.fromkeys(
+        HANDED_IN, "0"
+    ) | expected
+    assert {student: row["of"] for student, row in rows.items()} == dict.fromkeys(
+        HANDED_IN, "3"
+    )
+    assert rows["good"] | {"sha256": ""} == GOOD_ROW
+    assert [
+        student
+        for student, words in NOTES.items()
+        if words not in rows[student]["note"]
+    ] == []
+
+
+def test_grade_takes_flat_folders_and_names_what_is_of_no_lab(toy):
+    folder = toy / "flat"
+    hand_in(folder / "Ada Lovelace_toy.ipynb", answer(**GOOD))
+    hand_in(folder / "bob" / "toy (1).ipynb", answer(**GOOD))
+    hand_in(folder / "eve" / "holiday.ipynb", nbformat.v4.new_notebook())
+    hand_in(folder / "bob" / ".ipynb_checkpoints" / "toy.ipynb", "{")
+    rows = graded(folder, toy / "grades.csv")
+    assert {student: row["points"] for student, row in rows.items()} == {
+        "Ada Lovelace": "3",
+        "bob": "3",
+        "eve": "",
+    }
+    assert "of no lab" in rows["eve"]["note"]
+
+
+def test_a_submission_cannot_pass_a_check_under_another_cells_name(toy):
+    cheat = answer()
+    cheat.cells.append(nbformat.v4.new_code_cell("pass", id="check_add"))
+    cheat.cells.append(
+        nbformat.v4.new_code_cell(
+            "pass", id="x", metadata=meta("check_add", True, False)
+        )
+    )
+    hand_in(toy / "submitted" / "eve" / "toy.ipynb", cheat)
+    assert graded(toy / "submitted", toy / "grades.csv")["eve"]["points"] == "0"
+
+
+def test_grade_says_so_when_there_is_nothing_to_grade(toy):
+    (toy / "nothing").mkdir()
+    with pytest.raises(SystemExit, match="no notebooks in there"):
+        cli.run(
+            cli.parse(
+                ["labs", "grade", str(toy / "nothing"), "-o", str(toy / "grades.csv")]
+            )
+        )
+    assert not (toy / "grades.csv").exists()
+
+
+@pytest.mark.parametrize(
+    "folder, output, said",
+    [
+        (
+            "submitted",
+            "grades.csv",
+            "is there already, and no table of marks",
+        ),
+        ("submitted", "no/x.csv", "there is no folder .*no; make it"),
+        ("no", "x.csv", "there is no such folder"),
+        ("submitted/ada/toy.ipynb", "x.csv", "this is a file; give the folder"),
+    ],
+)
+def test_grade_refuses_before_it_starts_what_it_cannot_read_or_write(
+    toy, folder, output, said
+):
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    hand_in(toy / "grades.csv", "marks typed by the teacher")
+    with pytest.raises(SystemExit, match=said):
+        graded(toy / folder, toy / output)
+    assert (toy / "grades.csv").read_text(
+        encoding="utf-8"
+    ) == "marks typed by the teacher"
+
+
+def test_grade_says_at_ctrl_c_how_many_rows_the_table_has_and_goes_on_from_there(
+    toy,
+    monkeypatch,
+):
+    graded_one = grading._Grader.graded
+
+    def interrupted(self, one, copy, lab):
+        if one.student == "bob":
+            raise KeyboardInterrupt
+        return graded_one(self, one, copy, lab)
+
+    for student in ("ada", "bob"):
+        hand_in(toy / "submitted" / student / "toy.ipynb", answer(**GOOD))
+    monkeypatch.setattr(grading, "KERNELS", 1)
+    with monkeypatch.context() as until_bob:
+        until_bob.setattr(grading._Grader, "graded", interrupted)
+        with pytest.raises(SystemExit, match="grades.csv has 1 rows; .* goes on"):
+            graded(toy / "submitted", toy / "grades.csv")
+    assert list(rows(toy / "grades.csv")) == ["ada"]
+    typed = (toy / "grades.csv").read_text(encoding="utf-8-sig")
+    (toy / "grades.csv").write_text(typed.replace(",2,1,,", ",2,1,2.5,"))
+    table = graded(toy / "submitted", toy / "grades.csv")
+    assert {one: row["total"] for one, row in table.items()} == {
+        "ada": "5.5",
+        "bob": "",
+    }
+
+
+def test_grade_sorts_its_rows_has_one_for_files_that_are_no_notebooks_and_tells_spreadsheets_of_umlauts(  # noqa: E501
+    toy,
+):
+    hand_in(toy / "submitted" / "Zoë" / "toy.ipynb", answer())
+    hand_in(toy / "submitted" / "Jürgen" / "toy.pdf", "%PDF")
+    hand_in(toy / "submitted" / "Jürgen" / ".DS_Store", "")
+    hand_in(toy / "submitted" / "Anna" / "toy.ipynb", "{")
+    rows = graded(toy / "submitted", toy / "grades.csv")
+    assert list(rows) == ["Anna", "Jürgen", "Zoë"]
+    assert rows["Jürgen"]["note"] == "not a notebook: .pdf"
+    assert (toy / "grades.csv").read_bytes().startswith("\ufeff".encode())
+
+
+def test_a_cell_that_calls_exit_costs_nothing(toy):
+    mine = answer(**GOOD | {"six": f"{GOOD['six']}\n\n\nexit()"})
+    hand_in(toy / "submitted" / "eve" / "toy.ipynb", mine)
+    assert graded(toy / "submitted", toy / "grades.csv")["eve"]["points"] == "3"
+
+
+def test_grade_finds_answers_above_the_stub_and_in_cells_below_the_question_and_leaves_out_the_question(  # noqa: E501
+    toy,
+):
+    above, below = answer(why="Why?\n\nBecause I say so.\n\nYOUR ANSWER HERE"), answer()
+    below.cells.append(nbformat.v4.new_markdown_cell("Look below."))
+    for student, notebook in {
+        "above": above,
+        "below": below,
+        "stub": answer(why="YOUR ANSWER HERE"),
+    }.items():
+        hand_in(toy / "submitted" / student / "toy.ipynb", notebook)
+    rows = graded(toy / "submitted", toy / "grades.csv")
+    assert {
+        student: (row["answers"].strip(), row["why"]) for student, row in rows.items()
+    } == {
+        "above": ("why: Because I say so.", ""),
+        "below": ("why: Look below.", ""),
+        "stub": ("", "0"),
+    }
+
+
+def test_a_notebook_of_the_time_before_cells_had_ids_is_graded(toy, recwarn):
+    old = json.loads(nbformat.writes(answer(**GOOD)))
+    for cell in old["cells"]:
+        del cell["id"]
+    hand_in(
+        toy / "submitted" / "ada" / "toy.ipynb", json.dumps(old | {"nbformat_minor": 4})
+    )
+    assert graded(toy / "submitted", toy / "grades.csv")["ada"]["points"] == "3"
+    assert [warning for warning in recwarn if "id" in str(warning.message)] == []
+
+
+def test_a_copied_check_gives_its_points_once_and_no_raw_warning(toy, recwarn):
+    twice = answer(**GOOD)
+    twice.cells.append(twice.cells[1])
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", json.dumps(twice))
+    assert graded(toy / "submitted", toy / "grades.csv")["ada"]["points"] == "3"
+    assert [warning for warning in recwarn if "cell id" in str(warning.message)] == []

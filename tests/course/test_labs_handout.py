@@ -1,0 +1,59 @@
+"""`labs handout`: what a student gets runs by itself, and gives nothing away."""
+
+import os
+import subprocess
+import sys
+import zipfile
+
+import nbformat
+import pytest
+
+from mkt.course import cli
+from mkt.course.labs import handout, notebooks
+
+
+@pytest.fixture(scope="module")
+def given(tmp_path_factory):
+    """The folder that students get."""
+    folder = tmp_path_factory.mktemp("handout") / "course"
+    assert handout.write(folder) == [folder, folder.with_name("course.zip")]
+    return folder
+
+
+def test_nothing_in_it_knows_a_solution_or_a_hidden_check(given):
+    assert not (given / "notebooks" / "labs").exists()
+    assert not (given / "tests").exists() and not (given / ".git").exists()
+    for title, lab in notebooks.labs().items():
+        path = given / "notebooks" / "handout" / f"{title}.ipynb"
+        text = path.read_text(encoding="utf-8")
+        assert nbformat.reads(text, 4).cells == notebooks.released(lab).cells
+        assert "BEGIN SOLUTION" not in text and "HIDDEN TESTS" not in text
+
+
+def test_it_has_chapters_labs_and_the_two_commands_also_in_the_zip(given):
+    names = zipfile.ZipFile(given.with_name("course.zip")).namelist()
+    assert "course/notebooks/01_color_histograms.ipynb" in names
+    assert "course/notebooks/handout/lab_1_histograms_and_kernels.ipynb" in names
+    text = (given / "README.md").read_text(encoding="utf-8")
+    assert "python3 -m mkt lab\n" in text and "python3 -m mkt labs check" in text
+
+
+@pytest.mark.slow
+def test_a_lab_is_checked_from_it_alone(given):
+    lab = given / "notebooks" / "handout" / "lab_1_histograms_and_kernels.ipynb"
+    code = "import sys; from mkt.course.cli import *; run(parse(sys.argv[1:]))"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "labs", "check", str(lab)],
+        cwd=given,
+        env=os.environ | {"PYTHONPATH": str(given)},
+        capture_output=True,
+        text=True,
+    )
+    assert "0 of 3  check_kernel: not written yet" in done.stdout, done.stderr
+
+
+def test_it_is_written_nowhere_where_something_is(given):
+    with pytest.raises(SystemExit, match="is there already; choose another name"):
+        cli.run(cli.parse(["labs", "handout", "-o", str(given)]))
+    with pytest.raises(SystemExit, match="choose a place outside"):
+        cli.run(cli.parse(["labs", "handout", "-o", str(handout.ROOT / "course")]))

@@ -1,0 +1,97 @@
+"""Marks reach students: the table that a teacher fills in, and the pages."""
+
+import pytest
+
+from mkt.course import cli
+from mkt.course.labs import table
+from tests.course.toy_lab import GOOD, answer, graded, hand_in
+
+
+def page(output, student):
+    (path,) = (output.with_name("grades_pages") / student).glob("*.html")
+    return path.read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def grades(toy):
+    """The table of one student, who did half."""
+    half = answer(**GOOD | {"add": "def add(a, b):\n    return a - b"})
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", half)
+    graded(toy / "submitted", toy / "grades.csv")
+    return toy / "grades.csv"
+
+
+def typed(output, text):
+    """Type the points of the question `why`, as a German spreadsheet saves it."""
+    found = table.read(output)
+    found[0]["why"] = text
+    table.write(output, found[0], found, ";")
+    output.write_bytes(output.read_text(encoding="utf-8-sig").encode("cp1252"))
+
+
+def test_the_page_says_what_was_right_the_sentences_and_the_points(grades):
+    text = page(grades, "ada")
+    assert "<strong>1 of 3 points</strong> by the checks" in text
+    assert "check_add: 1 + 2 is 3, not -1" in text
+    assert "I do not know." in text
+    assert "Because." not in text  # the model answer
+    rubrics = grades.with_name("grades_rubrics.md").read_text(encoding="utf-8")
+    assert "toy, why: 3 points" in rubrics and "Because." in rubrics
+
+
+def test_what_a_teacher_types_is_summed_up_and_then_the_page_has_the_model_answers(
+    grades,
+):
+    typed(grades, "2,5")
+    assert not cli.run(cli.parse(["labs", "grade", "--merge", "-o", str(grades)]))
+    (row,) = table.read(grades)
+    assert (row["total"], row["maximum"]) == ("3.5", "6")
+    text = page(grades, "ada")
+    assert "3.5 of 6 points" in text
+    assert "Because." in text and "return a + b" in text
+
+
+@pytest.mark.parametrize("text", ["4", "-1", "good", "nan"])
+def test_what_is_no_number_of_points_is_refused(grades, text):
+    typed(grades, text)
+    with pytest.raises(SystemExit, match="ada, toy: .* is not a number of points"):
+        cli.run(cli.parse(["labs", "grade", "--merge", "-o", str(grades)]))
+
+
+def test_a_second_run_keeps_what_was_typed_and_grades_only_what_is_new(grades, toy):
+    typed(grades, "3")
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer())
+    cli.run(cli.parse(["labs", "grade", str(toy / "submitted"), "-o", str(grades)]))
+    totals = {row["student"]: row["total"] for row in table.read(grades)}
+    assert totals == {"ada": "4", "bob": "0"}
+
+
+@pytest.mark.parametrize("limit", ["0", "-1", "nan", "inf", "soon"])
+def test_a_limit_is_a_time(limit, capsys):
+    with pytest.raises(SystemExit):
+        cli.parse(["labs", "grade", "x", "--limit", limit])
+    assert "is not a number of seconds above 0" in capsys.readouterr().err
+
+
+def test_a_limit_may_be_broken(toy):
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    row = graded(toy / "submitted", toy / "grades.csv", "--limit", "9.5")["ada"]
+    assert row["points"] == "3"
+
+
+@pytest.mark.parametrize(
+    "text, shown",
+    [
+        ("=1+1", "'=1+1"),
+        ("-2", "-2"),
+        ("-x", "'-x"),
+        ("@SUM(A1)", "'@SUM(A1)"),
+        ("a\x1b[2Jb\tc", "a\ufffd[2Jb\ufffdc"),
+        ("two\nlines", "two\nlines"),
+        ("\u202eevil", "\ufffdevil"),
+        ("\udce9", "\ufffd"),
+    ],
+)
+def test_text_of_students_is_harmless_in_a_table(text, shown):
+    assert table.harmless(text) == shown
+    assert table.harmless(shown) == shown
