@@ -21,14 +21,13 @@ import json
 import os
 import sys
 import time
-import zipfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mkt.files import PACKAGE, ROOT, whole
+from mkt.files import PACKAGE, ROOT, named, whole
 
 NUMERICAL = (
     "numpy",
@@ -38,6 +37,7 @@ NUMERICAL = (
     "scikit-image",
     "control",
 )
+SEAL = 16  # bytes
 MOST = 2e9  # bytes of a shelf; beyond it what has not been used for longest goes
 PICKLES = (
     "O",
@@ -88,18 +88,21 @@ class Shelf:
         """The result under a key, or None where there is none that can be read."""
         place = self.place(key)
         try:
-            result = self._read(place.read_bytes())
+            content = place.read_bytes()
             os.utime(place)  # it has been used
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        except OSError:
             return None
-        return result
+        seal, data = content[:SEAL], content[SEAL:]
+        return self._read(data) if seal == _seal(key, data) else None
 
     def put(self, key: str, result: Any) -> None:
         """Keep a result under a key.  Raises OSError, as on a full disk."""
         place = self.place(key)
-        place.parent.mkdir(parents=True, exist_ok=True)
+        data = self._write(result)
+        with named(place):
+            place.parent.mkdir(parents=True, exist_ok=True)
         with whole(place) as half:
-            half.write_bytes(self._write(result))
+            half.write_bytes(_seal(key, data) + data)
         self._tidy(place.parent)
 
     def kept(self, key: str, make: Callable[[], Any]) -> Any:
@@ -123,6 +126,11 @@ class Shelf:
                 return
             total -= path.stat().st_size
             path.unlink(missing_ok=True)
+
+
+def _seal(key: str, data: bytes) -> bytes:
+    """What is written before a result: of another one, or a damaged one, it differs."""
+    return hashlib.blake2b(key.encode() + data, digest_size=SEAL).digest()
 
 
 def as_json(result: Any) -> bytes:

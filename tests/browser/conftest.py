@@ -5,13 +5,14 @@ Without one they skip.
 
 import os
 import shutil
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Error, sync_playwright
 
+from mkt.files import BUILD
+
 NAMES = ("chromium", "chromium-browser", "google-chrome", "msedge")
-PICTURES = Path(__file__).parents[2] / "_build" / "screenshots"
+PICTURES = BUILD / "screenshots"
 NONE = (
     "no browser here: install chromium with the system's packages, or "
     "`playwright install chromium`"

@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import textwrap
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,9 +54,17 @@ def test_a_truncated_archive_is_missing():
 def test_objects_are_not_kept_for_to_read_them_is_to_run_them():
     with pytest.raises(ValueError, match="x is an array of objects"):
         ARRAYS.put("a", {"x": np.array([{}], object)})
-    with zipfile.ZipFile(ARRAYS.place("b"), "w") as file:
-        file.writestr("x.npy", b"not an array")
-    assert ARRAYS.get("b") is None
+
+
+def test_what_is_damaged_or_another_one_s_is_missing(kept):
+    TEXT.put("a", "mine")
+    whole = TEXT.place("a").read_bytes()
+    assert TEXT.get("a") == "mine"
+    for content in (b"", b"[[[[", whole[:-1], whole[:-2] + b"x]", whole[::-1]):
+        TEXT.place("a").write_bytes(content)
+        assert TEXT.get("a") is None
+    TEXT.place("b").write_bytes(whole)  # that of another key
+    assert TEXT.get("b") is None and TEXT.kept("b", lambda: "new") == "new"
 
 
 def test_what_has_not_been_used_for_longest_goes_first(kept, monkeypatch):
