@@ -87,7 +87,8 @@ def grade(
         try:
             for row in grader.rows(left):
                 rows.append(row)
-                _write(output, rows, sources, comma)
+                _write(output, rows, [row], sources, comma)
+            _write(output, rows, rows, sources, comma)
         except KeyboardInterrupt:
             state = f"has {len(rows)} rows" if rows else "was not begun"
             raise InterruptedError(
@@ -109,7 +110,8 @@ def merge(output: Path) -> None:
     if not output.is_file():
         raise ValueError(f"{output}: there is no such table; `labs grade` makes it")
     comma = table.separator(output)
-    _write(output, _rows_so_far(output), labs(), comma)
+    rows = _rows_so_far(output)
+    _write(output, rows, rows, labs(), comma)
 
 
 def _rows_so_far(output: Path) -> list[Row]:
@@ -123,11 +125,14 @@ def _rows_so_far(output: Path) -> list[Row]:
     return []
 
 
-def _write(output: Path, rows: list[Row], sources: Labs, comma: str) -> None:
-    """Write the table with its totals, and a page for each of its rows."""
-    rows = [row | {"total": _total(row, sources.get(row["lab"]))} for row in rows]
-    table.write(output, _columns(rows, sources), rows, comma)
+def _write(
+    output: Path, rows: list[Row], new: list[Row], sources: Labs, comma: str
+) -> None:
+    """Write the table with its totals, and the pages of its new rows."""
     for row in rows:
+        row["total"] = _total(row, sources.get(row["lab"]))
+    table.write(output, _columns(rows, sources), rows, comma)
+    for row in new:
         if row["lab"] in sources:
             pages.write(output, row, sources[row["lab"]])
     present = {row["lab"] for row in rows}
