@@ -11,6 +11,7 @@ import pytest
 from joblib import parallel_config
 
 from mkt.experiments import sweep as sweeps
+from mkt.experiments.cache import SEAL
 from mkt.experiments.sweep import Job, jobs, sweep
 from mkt.experiments.timing import Clocked
 from mkt.files import ROOT
@@ -53,7 +54,9 @@ def done(monkeypatch):
 
 
 def rows_in(kept):
-    return sorted(json.loads(p.read_text())["seed"] for p in kept.rglob("*.json"))
+    return sorted(
+        json.loads(p.read_bytes()[SEAL:])["seed"] for p in kept.rglob("*.json")
+    )
 
 
 def test_jobs_are_all_trackers_on_all_sources_with_all_seeds():
