@@ -7,7 +7,9 @@ this is imported before anything is installed.
 
 import importlib.metadata
 import os
+import signal
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -26,6 +28,30 @@ ROOT = PACKAGE.parent  # of the clone
 BUILD = Path(os.environ.get("MKT_BUILD") or ROOT / "_build").absolute()
 ELSEWHERE = "let MKT_CACHE and MKT_BUILD name folders of your own"
 PATIENCE = 0.1  # [s] between two looks at a lock
+
+
+@contextmanager
+def in_one_piece() -> Iterator[None]:
+    """Hold back Ctrl-C and the like until the ``with`` ends, then let them strike.
+
+    For steps that belong together, such as a frame and its row.  In a thread nothing
+    is held back, because signals strike the main one alone.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    held: list[tuple] = []
+    kinds = signal.SIGINT, signal.SIGTERM
+    before = {
+        kind: signal.signal(kind, lambda *blow: held.append(blow)) for kind in kinds
+    }
+    try:
+        yield
+    finally:
+        for kind, handler in before.items():
+            signal.signal(kind, handler)
+        for kind, _ in held[:1]:
+            signal.raise_signal(kind)
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """What several files of tests share: the executed notebooks and the site of them."""
 
 import re
+import signal
 from contextlib import contextmanager
 
 import pytest
@@ -19,8 +20,13 @@ SHOWN_AGAIN = ("test_jupyterlab.py", "test_every_figure.py")
 
 
 def pytest_configure(config):
-    """Long ones first: the order below is the order in which tests are handed out."""
+    """Long ones first: the order below is the order in which tests are handed out.
+
+    A shell starts programs in the background deaf to Ctrl-C, and what they start is as
+    deaf as they are; some tests press it.
+    """
     config.option.loadscopereorder = False
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items):

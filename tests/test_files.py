@@ -1,6 +1,7 @@
 """What has its name is on the disk: a power cut leaves the old file or the new one."""
 
 import os
+import signal
 import stat
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from mkt.files import (
     alone,
     existing_file,
     existing_folder,
+    in_one_piece,
     named,
     whole,
 )
@@ -148,3 +150,14 @@ def test_a_lock_that_cannot_be_opened_is_named(tmp_path):
     with pytest.raises(OSError, match=r"lock cannot be written: Is a directory"):
         with alone(tmp_path / "lock", "book"):
             pass
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+def test_ctrl_c_waits_until_what_belongs_together_is_done():
+    done = []
+    with pytest.raises(KeyboardInterrupt), in_one_piece():
+        signal.raise_signal(signal.SIGINT)
+        done.append("the row")
+        done.append("the frame")
+    assert done == ["the row", "the frame"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from mkt.files import DataError, flush, named, whole, written_path
+from mkt.files import DataError, flush, in_one_piece, named, whole, written_path
 from mkt.own_video.overlay import annotated, pixel_grid
 from mkt.own_video.settings import Settings
 from mkt.sequences.video import VideoFile
@@ -161,11 +161,11 @@ class Recorder:
             The picture that went into the video.
         """
         picture = annotated(frame, info, f"{self.done} {self._title}")
-        with self._named():
-            self._table.writerow(row(self.done, info))
-        self.done += 1
-        # Last, for an interruption shows after the call that took longest.
-        self._writer.write(picture[..., ::-1])
+        with in_one_piece():
+            with self._named():
+                self._table.writerow(row(self.done, info))
+            self.done += 1
+            self._writer.write(picture[..., ::-1])
         return picture
 
 

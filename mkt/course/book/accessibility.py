@@ -1,14 +1,20 @@
 """A Sphinx extension: what the theme leaves out for some readers.
 
 For those who hear the page the captions in the list of pages are headings, and must say
-of which level.  For those who have no mouse, code and outputs that are wider than the
-page scroll, and a key can scroll only what it can reach.
+of which level.  For those who have no mouse, code, outputs and tables that are wider
+than the page scroll, and a key can scroll only what it can reach.
 """
 
 from typing import Any
 
 from sphinx.application import Sphinx
 
+# How what scrolls begins.
+SCROLLING = (
+    "<pre",
+    '<div class="table-wrapper colwidths-auto docutils container"',
+    '<div class="mkt-scroll"',
+)
 AFTER_THE_THEME = 900  # which makes the list
 
 
@@ -25,4 +31,5 @@ def _complete(
         'role="heading"', 'role="heading" aria-level="2"'
     )
     if "body" in context:  # the search page has none
-        context["body"] = context["body"].replace("<pre>", '<pre tabindex="0">')
+        for start in SCROLLING:
+            context["body"] = context["body"].replace(start, f'{start} tabindex="0"')
