@@ -3,20 +3,27 @@
 What can be read in an afternoon is *the method*, seven files, and after it the
 trackers:
 
-1. `mkt.regions`, the one currency: oriented rectangles in an image;
-2. `mkt.colors`, from a frame to an image of bins;
+1. `mkt.regions`, the one currency: oriented rectangles in an image, and
+   `mkt.homographies`, planes in space;
+2. `mkt.colors`, from a frame to an image of bins, and `mkt.edges`, another such image;
 3. `mkt.kernels`, where an object is looked at, and with what weight;
 4. `mkt.histograms`, what is seen there, and how alike two looks are;
 5. `mkt.particles`, motion models and resampling;
 6. `mkt.tracking`, what a tracker is, and the loop;
 7. `mkt.evaluation`, how well a track fits the truth;
 
+beside them, for the wishes of [N03], `mkt.neighbours`, `mkt.silhouettes` and
+`mkt.autoregression`;
+
 then `mkt.trackers.ssd`, `mkt.trackers.particle_filter`, `mkt.trackers.combined` [T09],
 `mkt.trackers.adaptive` with `mkt.trackers.ellipses`, `mkt.trackers.appearance` and
 `mkt.trackers.detector` [N03], `mkt.trackers.hybrid_resampling` and
 `mkt.trackers.template_matching` [C14], `mkt.trackers.guided` with `mkt.trackers.gains`
-(ours), `mkt.trackers.opencv` (rivals), and `mkt.trackers.by_name`, which lists them
-all.
+and `mkt.trackers.close_up` (ours), `mkt.trackers.neighbours`, `mkt.trackers.shaped` and
+`mkt.trackers.two_cameras` (wishes of [N03]), `mkt.trackers.opencv` (rivals), and
+`mkt.trackers.by_name`, which lists them all; on planes in space
+`mkt.trackers.homography`, `mkt.trackers.homography_combined`, and the rival
+`mkt.trackers.homography_ecc`.
 
 The rest of the house, from the ground up; a wing knows only those below it:
 
@@ -27,21 +34,25 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
 `mkt.scenes`       made of `~mkt.scenes.textures` on `~mkt.scenes.paths`, by
                    `~mkt.scenes.rendering`; `~mkt.scenes.questions`,
                    `~mkt.scenes.teuliere2009`, `~mkt.scenes.nummiaro2003`,
-                   `~mkt.scenes.cordoba2014`; `~mkt.scenes.drawn` by lot
+                   `~mkt.scenes.cordoba2014`; `~mkt.scenes.drawn` by lot,
+                   `~mkt.scenes.varied`, `~mkt.scenes.two_cameras`,
+                   `~mkt.scenes.cards` in space
 `mkt.sequences`    `~mkt.sequences.video` in, `~mkt.sequences.writing` out,
+                   `~mkt.sequences.tracks` as text,
                    `~mkt.sequences.formats`, `~mkt.sequences.benchmarks`,
                    `~mkt.sequences.carphone`
 `mkt.servoing`     `~mkt.servoing.features`, `~mkt.servoing.law`,
                    `~mkt.servoing.self_motion`, `~mkt.servoing.poles`,
-                   `~mkt.servoing.robot`, `~mkt.servoing.loop`
+                   `~mkt.servoing.robot`, `~mkt.servoing.loop`,
+                   `~mkt.servoing.planes`
 `mkt.experiments`  `~mkt.experiments.sweep`, `~mkt.experiments.cache`,
                    `~mkt.experiments.statistics`, `~mkt.experiments.timing`,
                    `~mkt.experiments.claims`, `~mkt.experiments.claims_as_text`,
                    `~mkt.experiments.leaderboard`; `~mkt.experiments.shipped`,
                    what was run for the release
 `mkt.figures`      `~mkt.figures.registry`, `~mkt.figures.panel`,
-                   `~mkt.figures.static_panel`, `~mkt.figures.export`,
-                   `~mkt.figures.film`
+                   `~mkt.figures.tooltips`, `~mkt.figures.static_panel`,
+                   `~mkt.figures.export`, `~mkt.figures.film`
 `mkt.papers`       what is drawn and claimed, a folder for each paper;
                    `~mkt.papers.runs` keeps the runs
 `mkt.own_video`    `~mkt.own_video.box`, `~mkt.own_video.settings`,
@@ -51,8 +62,8 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `~mkt.own_video.box_picker`, `~mkt.own_video.static`
 `mkt.course`       `~mkt.course.cli` and its commands, `~mkt.course.environment`,
                    `~mkt.course.doctor`, `~mkt.course.speed`,
-                   `~mkt.course.figure_arguments`, `~mkt.course.book`,
-                   `~mkt.course.labs`
+                   `~mkt.course.figure_arguments`, `~mkt.course.own_tracker`,
+                   `~mkt.course.book`, `~mkt.course.labs`
 =================  =================================================================
 
 The names that a notebook needs are here too, loaded when they are first used:
@@ -78,8 +89,10 @@ import importlib
 __version__ = "0.1.0"
 
 _PUBLIC = {
+    "mkt.autoregression": "AutoRegression",
     "mkt.checks": "checked_frame checked_region",
-    "mkt.colors": "BinImage ColorBins JointHSV",
+    "mkt.colors": "BinImage ColorBins Joined JointHSV",
+    "mkt.edges": "EdgeBins",
     "mkt.evaluation": (
         "accuracy errors evaluate overlap overlaps restarted robustness scored_frames "
         "success true_positives"
@@ -94,6 +107,7 @@ _PUBLIC = {
     "mkt.files": "DataError",
     "mkt.histograms": "Target coefficient distance learn log_likelihood",
     "mkt.kernels": "Kernels",
+    "mkt.neighbours": "MEASURES SoftBins circular_emd smoothing",
     "mkt.own_video.overlay": "annotated",
     "mkt.own_video.recording": "record",
     "mkt.own_video.settings": "Settings settled",
@@ -119,14 +133,17 @@ _PUBLIC = {
     "mkt.servoing.poles": "closed_loop",
     "mkt.servoing.robot": "Workspace move",
     "mkt.servoing.self_motion": "OFF Kalman",
+    "mkt.silhouettes": "Silhouette by_colour grabbed",
     "mkt.trackers.adaptive": "Adaptive",
     "mkt.trackers.by_name": "LABELS TRACKERS with_particles",
     "mkt.trackers.combined": "Combined",
     "mkt.trackers.detector": "moving",
     "mkt.trackers.guided": "Guided",
     "mkt.trackers.hybrid_resampling": "HybridResampling",
+    "mkt.trackers.neighbours": "CrossBin",
     "mkt.trackers.opencv": "MIL CamShift MeanShift",
     "mkt.trackers.particle_filter": "ParticleFilter",
+    "mkt.trackers.shaped": "Shaped",
     "mkt.trackers.ssd": "SSD",
     "mkt.trackers.template_matching": "TemplateMatching",
     "mkt.tracking": "Sequence Track Tracker follow report track",

@@ -42,7 +42,7 @@ def main():
 
     args = cli.parse(sys.argv[1:])  # --help and mistyped commands end here
     with cli.door(args.command):
-        if environment.is_current():
+        if environment.is_by_hand() or environment.is_current():
             return cli.run(args)
         if args.command == "doctor" and not environment.is_made():
             return cli.run(args)  # it is asked for where the set-up fails

@@ -1,7 +1,8 @@
 """From colours to bins: a frame becomes one image of bin numbers, once for each frame.
 
 ``bins(frame)`` gives a `BinImage`; all histograms are counted in it
-(`mkt.histograms`), whatever its numbers stand for.
+(`mkt.histograms`), whatever its numbers stand for: colours here, the directions of
+edges in `mkt.edges`.  `Joined` bins give several images of a frame as one.
 
 Explained in notebook 01.
 """
@@ -24,7 +25,7 @@ HUES = 180  # of OpenCV, in two degrees
 
 @dataclass(frozen=True, eq=False)
 class BinImage:
-    """The bin of every pixel of a frame.
+    """The bin of every pixel of a frame, or one bin of each of several kinds.
 
     Parameters
     ----------
@@ -32,6 +33,18 @@ class BinImage:
         Bin numbers in 0 ... m - 1.
     m : int
         Number of bins.
+    others : tuple of arrays like labels
+        Further bins of the same pixels, with numbers of their own in 0 ... m - 1.
+    shares : (m,) float32 array, optional
+        What a pixel counts for in each bin; 1 without it.
+    compasses : tuple of (int, int)
+        The first bin and the number of those that are directions in the image, the full
+        circle clockwise from the x axis.  A region counts them from its own x axis:
+        they turn with the object.
+    origin : (x, y) [px]
+        Where in the frame the first pixel lies, for an image of a part of it.
+    pitch : int [px]
+        From one pixel to the next, for an image on a smaller scale.
 
     Raises
     ------
@@ -47,9 +60,17 @@ class BinImage:
 
     labels: NDArray
     m: int
+    others: tuple[NDArray, ...] = ()
+    shares: NDArray | None = None
+    compasses: tuple[tuple[int, int], ...] = ()
+    origin: tuple[float, float] = (0.0, 0.0)
+    pitch: int = 1
 
     def __post_init__(self):
-        labels = self.labels
+        for labels in self.layers:
+            self._check(labels)
+
+    def _check(self, labels: NDArray) -> None:
         if not (
             isinstance(labels, np.ndarray)
             and labels.ndim == 2
@@ -66,6 +87,11 @@ class BinImage:
                 f"m is {self.m}, but the labels go up to {labels.max()}, "
                 f"as {labels.dtype}; give the m of the bins that made them"
             )
+
+    @property
+    def layers(self) -> tuple[NDArray, ...]:
+        """All of its arrays of labels."""
+        return (self.labels, *self.others)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -101,6 +127,9 @@ class ColorBins:
         10, 10 for hs [C14].
     s_min, v_min : float
         In [0, 1].
+    shift : tuple of float
+        How far the borders of each channel's bins are moved, in bins; round the circle
+        in hue, and to the border elsewhere.
 
     Raises
     ------
@@ -120,6 +149,7 @@ class ColorBins:
     counts: tuple[int, ...] | None = None
     s_min: float = 0.1
     v_min: float = 0.2
+    shift: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     def __post_init__(self):
         one_of(self, space=SPACES)
@@ -168,9 +198,12 @@ class ColorBins:
         """A look-up table (256,) for each channel: their entries add up to the bin."""
         ranges = (256, 256, 256) if self.space == "rgb" else (HUES, 256, 256)
         steps = [
-            np.minimum(np.arange(256) * count // top, count - 1)
-            for count, top in zip(self._counts, ranges, strict=False)
+            np.floor(np.arange(256) * count / top + by).astype(int)
+            for count, top, by in zip(self._counts, ranges, self.shift, strict=False)
         ]
+        if self.space != "rgb":
+            steps[0] %= self._counts[0]
+        steps = [np.clip(s, 0, c - 1) for s, c in zip(steps, self._counts, strict=True)]
         if self.space == "hsv":
             hue, saturation, value = steps
             grey = value + self.m - self._counts[2]
@@ -234,3 +267,68 @@ class JointHSV:
     def __call__(self, frame: Frame) -> BinImage:
         """The bins of a frame (H, W, 3) uint8 RGB; ValueError for anything else."""
         return self._bins(cv2.cvtColor(checked_frame(frame), cv2.COLOR_RGB2HSV_FULL))
+
+
+@dataclass(frozen=True)
+class Joined:
+    """Several kinds of bins side by side: each pixel has a share of its vote in each.
+
+    The histogram of the whole is that of the parts, one behind the other, each times
+    its share w_b.  So the Bhattacharyya coefficient is sum_b w_b rho_b, and O(x) of (6)
+    in [T09] is sum_b w_b O_b(x): the sum over the bin images; the normal equations of
+    its step (9) are the sums of theirs.
+
+    Parameters
+    ----------
+    parts : tuple of Bins
+    shares : tuple of float
+        Of each part, not negative and not all 0; only their ratios count.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
+    """
+
+    parts: tuple[Bins, ...]
+    shares: tuple[float, ...]
+
+    def __post_init__(self):
+        if not self.parts or len(self.parts) != len(self.shares):
+            raise ValueError(
+                f"shares has {len(self.shares)} numbers for {len(self.parts)} parts; "
+                "give one share for each of at least one part"
+            )
+        if not (min(self.shares) >= 0 and 0 < sum(self.shares) < np.inf):
+            raise ValueError(
+                f"shares is {self.shares}; they must be finite, not negative, "
+                "and not all 0"
+            )
+        if self.m > MOST_BINS:
+            raise ValueError(
+                f"the parts have {self.m} bins in all; take at most {MOST_BINS}"
+            )
+
+    @property
+    def m(self) -> int:
+        """Number of bins."""
+        return sum(part.m for part in self.parts)
+
+    @cached_property
+    def _votes(self) -> NDArray:
+        """What a pixel counts for in each bin, (m,)."""
+        shares = np.array(self.shares) / sum(self.shares)
+        return np.repeat(shares, [part.m for part in self.parts]).astype(np.float32)
+
+    def __call__(self, frame: Frame) -> BinImage:
+        """The bins of a frame (H, W, 3) uint8 RGB; ValueError for anything else."""
+        dtype = np.uint8 if self.m < 256 else np.uint16
+        layers, compasses, first = [], [], 0
+        for part in self.parts:
+            image = part(frame)
+            labels = image.labels.astype(dtype, copy=False)
+            layers.append(labels + dtype(first) if first else labels)
+            compasses += [(first + start, n) for start, n in image.compasses]
+            first += part.m
+        others = tuple(layers[1:])
+        return BinImage(layers[0], self.m, others, self._votes, tuple(compasses))

@@ -31,6 +31,7 @@ PAUSE = 5  # frames from a failure to the next start, as in VOT
 BURN_IN = 10  # frames after a start that are too easy for the accuracy, as in VOT
 TURNED = 45.0  # [deg] beyond this the orientation is not the target's
 SHRUNK = 0.5  # share of the true area below which a region has shrunk
+SNAP, FAR = 1e-9, 1e9  # px
 LAST = 10  # frames that say whether a target was lost in the end
 
 
@@ -80,10 +81,12 @@ def overlap(regions: ArrayLike, truth: ArrayLike, upright: bool = False) -> Arra
     known = np.isfinite(found).all(-1) & np.isfinite(true).all(-1)
     if upright:
         found, true = from_box(to_box(found)), from_box(to_box(true))
-    a, b = (shapely.polygons(corners(r[known])) for r in (found, true))
+    found, true = found[known], true[known]
+    a, b = (shapely.polygons(corners(r).clip(-FAR, FAR)) for r in (found, true))
+    # Without a grid to snap to, nearly collinear sides may be taken for disjoint ones.
+    common = shapely.area(shapely.intersection(a, b, grid_size=SNAP))
     result = np.full(known.shape, np.nan)
-    common = shapely.area(shapely.intersection(a, b))
-    result[known] = common / shapely.area(shapely.union(a, b))
+    result[known] = common / (area(found) + area(true) - common)
     return result
 
 

@@ -14,6 +14,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import IO
 from uuid import uuid4
 
@@ -24,10 +25,17 @@ else:
 
 PACKAGE = Path(__file__).resolve().parent
 ROOT = PACKAGE.parent  # of the clone
+# Beside the package in a clone; setup.py puts it inside an installed one.
+DATA = next(filter(Path.is_dir, (PACKAGE / "data", ROOT / "data")), ROOT / "data")
 # Where the book and its locks are made.
 BUILD = Path(os.environ.get("MKT_BUILD") or ROOT / "_build").absolute()
 ELSEWHERE = "let MKT_CACHE and MKT_BUILD name folders of your own"
 PATIENCE = 0.1  # [s] between two looks at a lock
+
+
+def is_clone() -> bool:
+    """Whether this is a clone, with notebooks and tests, and not the library alone."""
+    return (ROOT / "environment.txt").is_file()
 
 
 @contextmanager
@@ -209,6 +217,8 @@ class DataError(ValueError):
 def written_path(path: str | os.PathLike) -> Path:
     """A path as somebody wrote it, with ~ for the home folder, as a `Path`.
 
+    It may come in quotes or with blanks round it, as Windows copies it.
+
     Raises
     ------
     DataError
@@ -221,11 +231,34 @@ def written_path(path: str | os.PathLike) -> Path:
         shown = ascii(os.fspath(path)).strip("'")
         remedy = "rename it, or choose a locale of UTF-8"
         raise DataError(shown, "the name is not UTF-8", remedy) from None
+    if isinstance(path, str):
+        path = path.strip().strip("\"'") or path
     try:
         return Path(path).expanduser()
     except RuntimeError:
         remedy = "check the spelling, or give the full path"
         raise DataError(path, "no such home folder", remedy) from None
+
+
+def new_file(path: str | os.PathLike) -> Path:
+    """The path of a file that is to be written, looked at before the long work.
+
+    Raises
+    ------
+    FileNotFoundError
+        When there is no folder for it.
+    OSError
+        When it is a folder itself, or nothing can be written beside it.
+    """
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise FileNotFoundError(
+            f"no folder {path.parent} for {path.name}; make it first"
+        )
+    if path.is_dir():
+        raise IsADirectoryError(f"{path} is a folder; give the name of a file in it")
+    with named(path), TemporaryFile(dir=path.parent):
+        return path
 
 
 def existing_file(path: str | os.PathLike) -> Path:

@@ -35,9 +35,10 @@ from scipy.sparse import csc_matrix, csr_matrix
 
 from mkt.checks import LONGEST, checked_region, in_words
 from mkt.colors import BinImage
+from mkt.homographies import HORIZON, angles, as_places, maps
 from mkt.kernels import Kernels
-from mkt.regions import as_regions, warp_matrices
-from mkt.types import Array, ArrayLike, NDArray, Region, Regions
+from mkt.regions import as_regions
+from mkt.types import Array, ArrayLike, NDArray
 
 FAR = 1e9  # px; beyond it single precision has no places left
 IN_CACHE = 130_000  # samples whose positions and labels the processor's cache holds
@@ -55,6 +56,7 @@ def histograms(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray
     kernels : Kernels
         Fitted to the object.
     regions : (N, 5) array_like [px, rad]
+        Or homographies, (N, 3, 3) array_like, see `mkt.homographies`.
 
     Returns
     -------
@@ -74,12 +76,52 @@ def histograms(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray
 
 def counts(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray:
     """`histograms` before they are made to sum to 1; the same arguments and errors."""
-    regions = as_regions(regions).reshape(-1, 5)
+    regions = as_places(regions)
     count = _weighted if kernels.parts is None else _constant
     result = np.empty((len(regions), len(kernels.weights), image.m), np.float32)
     for part, labels in _chunks(image, kernels, regions):
         count(labels, kernels, result[part])
+    if image.shares is not None:
+        result *= image.shares
+    for compass in image.compasses:
+        turned(result, angles(regions), compass)
     return result
+
+
+def turned(counts: NDArray, theta: Array, compass: tuple[int, int]) -> NDArray:
+    """Count directions from the x axes of regions instead of that of the image.
+
+    A turn by a whole sector moves the counts by one bin; between two they are mixed
+    linearly, so that the histogram has a derivative by the turn.
+
+    Parameters
+    ----------
+    counts : (N, ..., m) array
+        Of N regions, changed in place.
+    theta : (N,) array [rad]
+        Their orientations.
+    compass : (first, n)
+        The bins that are directions, see `mkt.colors.BinImage`.
+
+    Returns
+    -------
+    (N, ..., n) array
+        The derivative of these bins by theta.
+    """
+    first, n = compass
+    turns = np.where(np.isfinite(theta), theta, 0) * n / (2 * np.pi)
+    whole = np.floor(turns).astype(int)
+    share = (turns - whole).astype(counts.dtype)
+    share = share.reshape(-1, *(1,) * (counts.ndim - 1))
+    near = counts[..., first : first + n]
+    if (whole % n).any():
+        near = near.copy()
+        for sector in set((whole % n).tolist()):
+            rows = whole % n == sector
+            near[rows] = np.roll(near[rows], -sector, -1)
+    change = np.roll(near, -1, -1) - near
+    counts[..., first : first + n] = near + share * change
+    return change * (n / (2 * np.pi))
 
 
 def mixed_histograms(
@@ -103,15 +145,20 @@ def mixed_histograms(
     (N, m) float32 array
         Each of sum 1, or all zero.
     """
-    regions = as_regions(regions).reshape(-1, 5)
+    regions = as_places(regions)
     weights = np.asarray(shares, np.float32) @ kernels.weights.astype(np.float32)
     result = np.empty((len(regions), image.m), np.float32)
     for part, labels in _chunks(image, kernels, regions):
-        starts = np.arange(0, labels.size + 1, labels.shape[1], dtype=np.int32)
-        indices = labels.ravel().astype(np.int32)
-        entries = (weights[part].ravel(), indices, starts)
-        table = csr_matrix(entries, (len(labels), image.m + 1)).toarray()
+        layers, k, n = labels.shape
+        starts = np.arange(0, labels.size + 1, layers * n, dtype=np.int32)
+        indices = np.swapaxes(labels, 0, 1).ravel().astype(np.int32)
+        entries = (np.tile(weights[part], layers).ravel(), indices, starts)
+        table = csr_matrix(entries, (k, image.m + 1)).toarray()
         result[part] = table[:, : image.m]
+    if image.shares is not None:
+        result *= image.shares
+    for compass in image.compasses:
+        turned(result, angles(regions), compass)
     return normalised(result)
 
 
@@ -122,7 +169,7 @@ def normalised(counts: NDArray) -> NDArray:
     return counts
 
 
-def sample(image: BinImage, kernels: Kernels, region: Region) -> NDArray:
+def sample(image: BinImage, kernels: Kernels, region: Array) -> NDArray:
     """Bin number under every sample point of one region.
 
     Parameters
@@ -130,19 +177,21 @@ def sample(image: BinImage, kernels: Kernels, region: Region) -> NDArray:
     image : BinImage
     kernels : Kernels
     region : (5,) array [px, rad]
+        Or a homography (3, 3).
 
     Returns
     -------
-    (n,) array
+    (n,) array, or (L, n) for an image of L layers
         m where a point lies outside the image.
     """
-    return _look_up(image, kernels, _finite_matrices(region[None]))[0].copy()
+    labels = _look_up(image, kernels, _matrices(image, region[None]))[:, 0].copy()
+    return labels if image.others else labels[0]
 
 
 def _chunks(
-    image: BinImage, kernels: Kernels, regions: Regions
+    image: BinImage, kernels: Kernels, regions: Array
 ) -> Iterator[tuple[slice, NDArray]]:
-    """Regions (N, 5) in parts, each with the bins under its samples, (k, n).
+    """Regions or homographies in parts, each with the bins under its samples (L, k, n).
 
     The bins are overwritten with each part, so they never leave this module.
     """
@@ -150,7 +199,7 @@ def _chunks(
         raise ValueError(
             f"samples is {kernels.samples}, too many; take at most {LONGEST}"
         )
-    rows, matrices = _chunk(kernels), _finite_matrices(regions)
+    rows, matrices = _chunk(kernels), _matrices(image, regions)
     for start in range(0, len(regions), rows):
         part = slice(start, start + rows)
         yield part, _look_up(image, kernels, matrices[part])
@@ -163,9 +212,15 @@ def _chunk(kernels: Kernels) -> int:
     return cached if kernels.parts is None else max(min(cached, 255 // j), 1)
 
 
-def _finite_matrices(regions: Regions) -> NDArray:
-    """The maps (N, 2, 3) to the image; those that are hardly finite go far outside."""
-    matrices = warp_matrices(regions)
+def _matrices(image: BinImage, places: Array) -> NDArray:
+    """The maps (N, r, 3) to the image; those that are hardly finite go far outside."""
+    matrices = maps(places)
+    rows = matrices[:, :2]
+    if places.ndim == 2:
+        rows[..., 2] -= image.origin
+    else:
+        rows -= np.array(image.origin)[:, None] * matrices[:, 2:]
+    rows /= image.pitch
     near = np.abs(matrices) < FAR
     if not near.all():
         matrices[~near] = -1e6
@@ -173,35 +228,47 @@ def _finite_matrices(regions: Regions) -> NDArray:
 
 
 def _look_up(image: BinImage, kernels: Kernels, matrices: NDArray) -> NDArray:
-    """Bins under the sample points, (k, n), for maps (k, 2, 3).
+    """Bins under the sample points, (L, k, n) in L layers, for maps (k, r, 3).
 
-    The next call in the same thread overwrites them.
+    Two rows are an affine map, three one in perspective.  The next call in the same
+    thread overwrites them.
     """
-    rows, points = len(matrices), kernels.homogeneous
-    x, y, labels = _room(get_ident(), rows, points.shape[1], image.labels.dtype)
+    rows, points, layers = len(matrices), kernels.homogeneous, image.layers
+    shape = len(layers), rows, points.shape[1]
+    x, y, labels = _room(get_ident(), shape, image.labels.dtype)
     np.matmul(matrices[:, 0], points, out=x)
     np.matmul(matrices[:, 1], points, out=y)
+    if matrices.shape[1] == 3:
+        depths = np.maximum(matrices[:, 2] @ points, HORIZON)
+        x /= depths
+        y /= depths
     border = cv2.BORDER_CONSTANT
-    return cv2.remap(image.labels, x, y, cv2.INTER_NEAREST, labels, border, image.m)
+    for layer, out in zip(layers, labels, strict=True):
+        cv2.remap(layer, x, y, cv2.INTER_NEAREST, out, border, image.m)
+    return labels
 
 
 @lru_cache(maxsize=32)
-def _room(_thread, k: int, n: int, dtype) -> tuple[NDArray, NDArray, NDArray]:
+def _room(
+    _thread, shape: tuple[int, int, int], dtype
+) -> tuple[NDArray, NDArray, NDArray]:
     """Arrays to work in, kept for each thread.
 
     To ask the system for fresh memory for every chunk can take longer than the work.
     """
-    x, y = np.empty((2, k, n), np.float32)
-    return x, y, np.empty((k, n), dtype)
+    x, y = np.empty((2, *shape[1:]), np.float32)
+    return x, y, np.empty(shape, dtype)
 
 
 def _constant(labels: NDArray, kernels: Kernels, out: NDArray) -> None:
-    """Counts under constant weights: labels (k, n) -> out (k, J, m)."""
+    """Counts under constant weights: labels (L, k, n) -> out (k, J, m)."""
     k, j, m = out.shape
     number = _numbers(kernels, labels.dtype)[:k]
     ranges, sizes = [0, k * j, 0, m], [k * j, m]
     table = out.reshape(k * j, m)
-    cv2.calcHist([number, labels], [0, 1], None, sizes, ranges, table)
+    for i, layer in enumerate(labels):
+        channels = [number, layer]
+        cv2.calcHist(channels, [0, 1], None, sizes, ranges, table, accumulate=i > 0)
 
 
 @lru_cache(maxsize=64)
@@ -214,11 +281,12 @@ def _numbers(kernels: Kernels, dtype) -> NDArray:
 
 
 def _weighted(labels: NDArray, kernels: Kernels, out: NDArray) -> None:
-    """Counts under any weights: labels (k, n) -> out (k, J, m), a sparse product."""
-    k, n = labels.shape
+    """Counts under any weights: labels (L, k, n) -> out (k, J, m), a sparse product."""
+    layers, k, n = labels.shape
     m = out.shape[-1]
-    rows = (labels.T + (m + 1) * np.arange(k, dtype=np.int32)).ravel()
-    starts = np.arange(0, rows.size + 1, k, dtype=np.int32)
+    numbers = (m + 1) * np.arange(k, dtype=np.int32)[:, None]
+    rows = (labels + numbers).reshape(layers * k, n).T.ravel()
+    starts = np.arange(0, rows.size + 1, layers * k, dtype=np.int32)
     ones = np.ones(rows.size, np.float32)
     membership = csc_matrix((ones, rows, starts), shape=(k * (m + 1), n))
     product = membership @ kernels.weights.T.astype(np.float32)
@@ -302,10 +370,14 @@ class Target(NamedTuple):
         Fitted to the object.
     q : (J, m) array
         The histograms q*.
+    learnt : (J',) int array, optional
+        The kernels that saw something, where not all did; the others, whose q* is 0,
+        count nowhere.
     """
 
     kernels: Kernels
     q: NDArray
+    learnt: NDArray | None = None
 
     @property
     def m(self) -> int:
@@ -323,7 +395,7 @@ class Target(NamedTuple):
 
         Returns
         -------
-        (N, J) array
+        (N, J) array, or (N, J') of the kernels that are learnt
 
         Raises
         ------
@@ -331,7 +403,8 @@ class Target(NamedTuple):
             For an image of another number of bins, and as `histograms` does.
         """
         self.check(image)
-        return coefficient(histograms(image, self.kernels, regions), self.q)
+        rho = coefficient(histograms(image, self.kernels, regions), self.q)
+        return rho if self.learnt is None else rho[:, self.learnt]
 
     def distances(self, image: BinImage, regions: ArrayLike) -> Array:
         """d_m of regions to the reference over all kernels, (5) of [T09].
@@ -364,7 +437,9 @@ class Target(NamedTuple):
             )
 
 
-def learn(image: BinImage, region: ArrayLike, kernels: Kernels) -> Target:
+def learn(
+    image: BinImage, region: ArrayLike, kernels: Kernels, partly: bool = False
+) -> Target:
     """Take the object inside a region as the reference.
 
     Parameters
@@ -374,19 +449,24 @@ def learn(image: BinImage, region: ArrayLike, kernels: Kernels) -> Target:
     region : (5,) array_like [px, rad]
     kernels : Kernels
         They are fitted to the region.
+    partly : bool
+        Take an object that is partly outside the image: leave out the kernels that see
+        nothing of it.
 
     Raises
     ------
     ValueError
         For a region that is not finite or has no area, and where a kernel sees nothing
-        of the image, since such a part could never be found again.
+        of the image, since such a part could never be found again; with `partly` only
+        where all see nothing.
     """
     region = checked_region(region)
     fitted = kernels.fitted(region)
     q = histograms(image, fitted, region)[0]
-    if not q.any(-1).all():
+    seen = q.any(-1)
+    if not (seen.any() if partly else seen.all()):
         raise ValueError(
             f"part of the region {in_words(region)} lies outside the image; "
             "choose a box inside it"
         )
-    return Target(fitted, q)
+    return Target(fitted, q, None if seen.all() else np.flatnonzero(seen))

@@ -23,7 +23,7 @@ from mkt import checks
 from mkt.regions import HX, HY
 from mkt.types import Array, ArrayLike, NDArray
 
-GRIDS = {"one": 1, "2x2": 2, "3x3": 3, "4x4": 4}
+GRIDS = {"one": 1, "2x2": 2, "3x3": 3, "4x4": 4, "5x5": 5}
 LAYOUTS = (*GRIDS, "cut", "tiles", "ellipse", "axes")
 PROFILES = ("epanechnikov", "uniform")
 ROUNDING = 1e-9  # a point on the border of a support belongs to it
@@ -36,12 +36,12 @@ class Kernels:
     Parameters
     ----------
     layout : str
-        "one", "2x2", "3x3", "4x4": kernels that stay inside the object, neighbours half
-        a radius apart along its shorter side; "cut": those of "3x3" moved out to the
-        middles of the tiles, so that the object's border cuts them off; "tiles": a 3x3
-        partition of the rectangle; "ellipse": everything inside the ellipse of the half
-        axes, as in [N03]; "axes": the two kernels 1 - x^2 and 1 - y^2 on it, of which
-        `mkt.trackers.adaptive` mixes that of any ellipse.
+        "one", "2x2", "3x3", "4x4", "5x5": kernels that stay inside the object,
+        neighbours half a radius apart along its shorter side; "cut": those of "3x3"
+        moved out to the middles of the tiles, so that the object's border cuts them
+        off; "tiles": a 3x3 partition of the rectangle; "ellipse": everything inside the
+        ellipse of the half axes, as in [N03]; "axes": the two kernels 1 - x^2 and
+        1 - y^2 on it, of which `mkt.trackers.adaptive` mixes that of any ellipse.
     profile : {"epanechnikov", "uniform"}
         k(r^2) = 1 - r^2, (10) of [T09] and (2) of [N03]; or k = 1 on the support.
     span : float

@@ -10,7 +10,7 @@ Explained in notebook 05.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -24,6 +24,7 @@ class Particles(NamedTuple):
     ----------
     regions : (N, 5) array [px, rad]
     velocities : (N, 2) array [px a frame]
+        Or what else a motion model carries from frame to frame, a row for each.
     """
 
     regions: Regions
@@ -32,6 +33,18 @@ class Particles(NamedTuple):
     def take(self, ancestors: NDArray) -> "Particles":
         """The particles that resampling chose; ancestors: (N,) indices."""
         return Particles(self.regions[ancestors], self.velocities[ancestors])
+
+
+class MotionModel(Protocol):
+    """What a particle filter predicts with."""
+
+    def scatter(self, region: ArrayLike, n: int, rng: Rng) -> Particles:
+        """Some particles round the region where a target is first seen."""
+        ...
+
+    def predict(self, particles: Particles, rng: Rng) -> Particles:
+        """Every particle one frame later."""
+        ...
 
 
 @dataclass(frozen=True)

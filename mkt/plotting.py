@@ -41,6 +41,17 @@ TRACKERS = {
 }
 # For two or three curves that are no trackers of [T09]: blue, orange, purple.
 CONTRAST = "#1e7dc1", "#e49c00", "#b60269"
+# Eight particles, each of its own colour: those of Okabe and Ito.
+EIGHT = (
+    "#e69f00",
+    "#56b4e9",
+    "#009e73",
+    "#f0e442",
+    "#0072b2",
+    "#d55e00",
+    "#cc79a7",
+    "#999999",
+)
 DASHES = "-", "--", "-.", ":"
 SURFACE = "viridis"
 

@@ -14,7 +14,7 @@ from mkt.course.book import contents, execute
 settings.register_profile("patient")
 settings.load_profile("patient")
 
-OF_THE_SITE = ("test_book.py", "test_pages.py")
+OF_THE_SITE = ("test_book.py", "test_pages.py", "test_live.py")
 # Their tests show figures, whose runs are known once the site is there.
 SHOWN_AGAIN = ("test_jupyterlab.py", "test_every_figure.py")
 

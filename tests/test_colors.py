@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mkt.checks import LONGEST
 from mkt.colors import BinImage, ColorBins, JointHSV
 
 BINS = [
@@ -128,3 +129,33 @@ def test_wrong_frames_are_refused(frame):
 def test_bad_bins_are_named(arguments):
     with pytest.raises(ValueError, match=list(arguments)[-1]):
         ColorBins(**arguments)
+
+
+def test_the_limits_of_colour_themselves_count_as_grey_and_dark():
+    """V = 51 is .2 of 255: [T09] calls a pixel colourful only above the limits."""
+    assert label(ColorBins(), [51, 0, 0]) == 100 + 51 * 10 // 256
+    assert label(ColorBins(), [52, 0, 0]) < 100
+    fifth = ColorBins(s_min=0.2)  # S = 51 of 255
+    assert label(fifth, [255, 204, 204]) == 109
+    assert label(fifth, [255, 203, 203]) < 100
+
+
+def test_the_bins_of_each_space_by_default_are_the_printed_ones():
+    sizes = {space: ColorBins(space).m for space in ("hsv", "rgb", "hs")}
+    assert sizes == {"hsv": 110, "rgb": 512, "hs": 100} and JointHSV().m == 256
+
+
+def test_the_largest_number_of_a_bin_is_one_less_than_m():
+    labels = np.array([[0, 3]], np.uint8)
+    assert BinImage(labels, 4).m == 4
+    with pytest.raises(ValueError, match="m is 3"):
+        BinImage(labels, 3)
+    assert BinImage(np.zeros((1, 1), np.uint8), 255).m == 255
+    with pytest.raises(ValueError, match="m is 256"):
+        BinImage(np.zeros((1, 1), np.uint8), 256)  # 256 would stand for outside
+
+
+def test_the_longest_side_is_taken_and_one_more_is_not():
+    assert BinImage(np.zeros((1, LONGEST), np.uint8), 1).shape == (1, LONGEST)
+    with pytest.raises(ValueError, match=str(LONGEST)):
+        BinImage(np.zeros((1, LONGEST + 1), np.uint8), 1)

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from mkt.evaluation import (
     HIT,
@@ -23,7 +24,7 @@ from mkt.evaluation import (
     success,
     true_positives,
 )
-from mkt.regions import corners, from_box, unwarp
+from mkt.regions import area, corners, from_box, rotation, unwarp
 from mkt.tracking import Sequence, Track
 from tests.strategies import regions
 
@@ -38,6 +39,19 @@ def test_overlap_equals_counting_points(a, b):
     if in_a.sum() > 500 and in_b.sum() > 500:  # else the grid is too coarse to tell
         counted = (in_a & in_b).sum() / (in_a | in_b).sum()
         assert overlap(a, b) == pytest.approx(counted, abs=0.05)
+
+
+@given(regions(), st.floats(0.1, 3), st.floats(0.1, 3), st.floats(-9, 9))
+@example(np.array([12, 12, -5.888208170424364, 6, 10.71875]), 2.0, 1.0, 0.0)
+def test_rectangles_turned_alike_overlap_as_upright_ones_do(region, wide, high, along):
+    """Their sides are parallel, which is hard for a program that cuts polygons."""
+    other = region * [1, 1, 1, wide, high]
+    other[:2] += along * rotation(region[2])[:, 0]
+    ends = [sorted((-region[3], region[3])), [along - other[3], along + other[3]]]
+    x = min(ends[0][1], ends[1][1]) - max(ends[0][0], ends[1][0])
+    common = max(x, 0) * 2 * min(region[4], other[4])
+    expected = common / (area(region) + area(other) - common)
+    assert overlap(region, other) == pytest.approx(expected, abs=1e-6)
 
 
 @given(regions())

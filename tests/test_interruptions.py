@@ -314,6 +314,8 @@ def test_a_track_stopped_at_any_moment_leaves_files_of_one_run(
     assert json.loads(output.with_suffix(".json").read_text())["tracker"] == "ssd"
     if blow == signal.SIGKILL:
         assert process.returncode == -blow
+        if ending == ".mp4":  # its index comes last
+            return
         frames = len(VideoFile(output)) if output.stat().st_size else 0
         assert frames <= len(rows)
     else:

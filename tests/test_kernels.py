@@ -102,7 +102,7 @@ def test_samples_are_interleaved():
 @pytest.mark.parametrize(
     "field, value",
     [
-        ("layout", "5x5"),
+        ("layout", "9x9"),
         ("profile", "gauss"),
         ("span", 0.0),
         ("aspect", np.nan),
@@ -137,3 +137,26 @@ def test_fitting_takes_the_aspect_and_shares_the_arrays():
     fitted = Kernels().fitted([50, 40, 0.3, 20, 10])
     assert fitted == Kernels(aspect=2.0)
     assert fitted.points is Kernels().fitted([9, 9, 0, 4, 2]).points
+
+
+@pytest.mark.parametrize("span", [0.5, 1.0, 2.0])
+def test_an_elliptic_kernel_falls_with_the_square_of_its_span(span):
+    kernels = Kernels("ellipse", elliptic=True, span=span, aspect=1.0, samples=4000)
+    r2 = np.sum((kernels.points * kernels.half_sides) ** 2, -1)
+    expected = np.where(r2 <= 1, np.maximum(1 - r2 / span**2, 0), 0)
+    assert np.allclose(kernels.weights[0], expected / expected.sum())
+
+
+def test_the_aspect_of_an_object_is_taken_to_its_sixth_digit():
+    assert Kernels().fitted([0, 0, 0, 20, 13]).aspect == 1.538462
+
+
+def test_the_slope_of_a_kernel_is_its_derivative():
+    kernels = Kernels("2x2", aspect=1.3)
+    plane, step = kernels.points * kernels.half_sides, 1e-6
+    for axis in range(2):
+        off = np.eye(2)[axis] * step
+        ahead, behind = kernels.weigh(plane + off), kernels.weigh(plane - off)
+        numeric = (ahead - behind) / (2 * step) / kernels.sums[:, None]
+        inside = kernels._squared_radii(plane) < 0.99
+        assert np.allclose(kernels.slopes[axis][inside], numeric[inside], atol=1e-6)

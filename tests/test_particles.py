@@ -16,9 +16,11 @@ from mkt.particles import (
     mean_region,
     normalised,
     resample_if_degenerate,
+    residual,
     search,
     stratified_positions,
     systematic_positions,
+    whole_and_rest,
 )
 
 seeds = st.integers(0, 2**32 - 1)
@@ -190,3 +192,66 @@ def test_particles_are_taken_with_their_velocities():
     taken = swarm.take(np.array([2, 2, 0]))
     assert taken.regions[:, 0].tolist() == [10, 10, 0]
     assert taken.velocities[:, 0].tolist() == [4, 4, 0]
+
+
+class Given:
+    """A source of randomness that answers what it was given, in order."""
+
+    def __init__(self, *answers):
+        self.answers = [np.asarray(answer, float) for answer in answers]
+
+    def standard_normal(self, shape):
+        answer = self.answers.pop(0)
+        assert answer.shape == (shape if isinstance(shape, tuple) else (shape,))
+        return answer
+
+
+def test_every_term_of_the_motion_is_the_one_that_is_written():
+    # v' = d v + s_v u k, c' = c + v' + s_p u w, theta' = theta + s_a a,
+    # h' = h exp(s_s g)
+    motion = Motion(position=0.5, velocity=0.25, angle=0.1, scale=0.2, damping=0.6)
+    regions = np.array([[10, 20, 0.3, 4, 9], [30, 40, -0.2, 8, 2.0]])
+    velocities = np.array([[5.0, -10], [1, 2]])
+    kicks, walk = [[1.0, 2], [-1, 3]], [[-2.0, 1], [4, 0.5]]
+    turns, growth = [2.0, -1], [1.0, -2]
+    rng = Given(kicks, walk, turns, growth)
+    moved = motion.predict(Particles(regions, velocities), rng)
+    units = [6.0, 4.0]  # sqrt(hx hy)
+    for i, u in enumerate(units):
+        v = 0.6 * velocities[i] + 0.25 * u * np.array(kicks[i])
+        assert np.allclose(moved.velocities[i], v)
+        centre = regions[i, :2] + v + 0.5 * u * np.array(walk[i])
+        assert np.allclose(moved.regions[i, :2], centre)
+        assert np.isclose(moved.regions[i, 2], regions[i, 2] + 0.1 * turns[i])
+        axes = regions[i, 3:] * np.exp(0.2 * growth[i])
+        assert np.allclose(moved.regions[i, 3:], axes)
+
+
+def test_scattered_particles_start_at_rest():
+    # One draw of the place, of the angle, of the size; the velocity is noise alone.
+    kicks, walk = np.zeros((3, 2)), np.zeros((3, 2))
+    still = Motion().scatter([5, 6, 0.1, 3, 2], 3, Given(kicks, walk, [0] * 3, [0] * 3))
+    assert np.allclose(still.regions, [5, 6, 0.1, 3, 2])
+    assert np.all(still.velocities == 0)
+
+
+def test_the_defaults_of_the_motion_are_those_of_the_chapters():
+    assert Motion() == Motion(0.06, 0.05, 0.08, 0.03, 0.8)
+
+
+def test_weights_that_are_all_impossible_become_equal():
+    assert normalised([-np.inf, -np.inf]).tolist() == [0.5, 0.5]
+    assert normalised([np.nan, 0.0]).tolist() == [0.5, 0.5]
+    assert normalised([-np.inf, 0.0]).tolist() == [0.0, 1.0]
+
+
+@given(arrays(float, (6,), elements=st.floats(0, 1)), st.integers(0, 2**32 - 1))
+def test_residual_copies_the_whole_parts_and_draws_just_the_rest(w, seed):
+    w = w + 1e-3
+    w = w / w.sum()
+    copies = np.bincount(residual(w, np.random.default_rng(seed)), minlength=6)
+    certain, left = whole_and_rest(w)
+    assert copies.sum() == 6
+    assert np.all(copies >= certain)
+    # Nobody without a rest is drawn on top of his whole part.
+    assert np.all((copies == certain)[left == 0])

@@ -1,9 +1,22 @@
 """The currency: warping, corners, boxes."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 
-from mkt.regions import area, corners, from_box, to_box, unwarp, warp, wrap_angle
+from mkt.regions import (
+    area,
+    as_regions,
+    corners,
+    displaced,
+    from_box,
+    rotation,
+    size,
+    to_box,
+    unwarp,
+    warp,
+    wrap_angle,
+)
 from tests.strategies import points, regions
 
 
@@ -40,3 +53,51 @@ def test_many_at_once():
 def test_angles_wrap_to_half_open_interval():
     wrapped = wrap_angle([0, np.pi, -np.pi, 3 * np.pi / 2, 7])
     assert np.allclose(wrapped, [0, -np.pi, -np.pi, -np.pi / 2, 7 - 2 * np.pi])
+
+
+def test_the_ends_of_the_half_open_interval():
+    assert wrap_angle(np.pi) == -np.pi
+    assert wrap_angle(-np.pi) == -np.pi
+    assert wrap_angle(3.14) == pytest.approx(3.14)
+
+
+def test_rotations_of_many_angles_are_those_of_one():
+    angles = np.array([[0.1, 1.2, 2.5], [-0.4, 3.0, 0.7]])
+    many = rotation(angles)
+    assert many.shape == (2, 3, 2, 2)
+    c, s = np.cos(1.2), np.sin(1.2)
+    assert np.allclose(many[0, 1], [[c, -s], [s, c]])
+
+
+def test_what_is_no_region_is_refused_with_its_shape():
+    with pytest.raises(ValueError, match=r"^regions must .* not \(2, 4\)$"):
+        as_regions(np.zeros((2, 4)))
+    with pytest.raises(ValueError, match=r"not \(\)$"):
+        as_regions(3)
+
+
+def test_many_boxes_share_one_angle_or_have_their_own():
+    boxes = np.array([[0, 0, 4, 2], [10, 20, 6, 8.0]])
+    assert from_box(boxes, 0.5)[:, 2].tolist() == [0.5, 0.5]
+    assert from_box(boxes, [0.5, 0.7])[:, 2].tolist() == [0.5, 0.7]
+    assert from_box(boxes)[1].tolist() == [12.5, 23.5, 0, 3, 4]
+
+
+@given(regions())
+def test_size_is_the_half_side_of_the_square_of_the_same_area(region):
+    assert np.isclose((2 * size(region)) ** 2, area(region))
+
+
+def test_displaced_moves_along_the_image_axes_and_turns_and_scales():
+    region = [50, 40, 0.3, 20, 10]
+    assert displaced(region).tolist() == region
+    assert displaced(region, dx=3).tolist() == [53, 40, 0.3, 20, 10]
+    assert displaced(region, dy=3).tolist() == [50, 43, 0.3, 20, 10]
+    assert displaced(region, dtheta=0.5).tolist() == [50, 40, 0.8, 20, 10]
+    assert displaced(region, scale=2).tolist() == [50, 40, 0.3, 40, 20]
+
+
+def test_displacements_broadcast_to_a_grid():
+    grid = displaced([50, 40, 0, 20, 10], np.arange(3), np.arange(2)[:, None])
+    assert grid.shape == (2, 3, 5)
+    assert grid[1, 2].tolist() == [52, 41, 0, 20, 10]

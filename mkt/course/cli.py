@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from tempfile import NamedTemporaryFile
 
+from mkt.course import environment
 from mkt.course.commands import (
     bench,
     book,
@@ -23,6 +24,7 @@ from mkt.course.commands import (
     test,
     track,
 )
+from mkt.files import is_clone
 
 # In the order in which --help names them.
 COMMANDS = (book, test, lab, figure, claims, track, bench, data, doctor, labs)
@@ -34,6 +36,14 @@ TOO_LARGE = (
 FAULT = (
     "a fault of mkt itself ({}).  Please send {} to those who look after it; "
     "SECURITY.md says where"
+)
+NO_CLONE = (
+    "this needs notebooks and tests, which only a clone of the repository has: clone "
+    "it, and run `python3 -m mkt {}` there"
+)
+MISSING = (
+    "the package {} is missing, for this library was installed without all of its "
+    "extras; in the clone, python -m pip install '.[notebooks,book,test]' brings them"
 )
 NOTE = (
     "The first command sets up .venv from environment.txt (a minute or two; with uv "
@@ -76,6 +86,8 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
 def run(args: argparse.Namespace) -> int | None:
     """Run a parsed command; returns the exit code, None for 0."""
     with door(args.command):
+        if args.clone and not is_clone():
+            raise ValueError(NO_CLONE.format(args.command))
         return args.run(args)
 
 
@@ -84,7 +96,8 @@ def door(command: str) -> Iterator[None]:
     """The way out for every error: the program ends with one sentence.
 
     Input that cannot be used is a ValueError or an OSError, whose message says what to
-    do.  Any other is a fault of ours.
+    do; a light install lacks packages that some commands need.  Any other is a fault
+    of ours.
     """
     try:
         yield
@@ -95,7 +108,18 @@ def door(command: str) -> Iterator[None]:
     except MemoryError:
         sys.exit(f"mkt {command}: {TOO_LARGE}")
     except Exception as error:
-        sys.exit(f"mkt {command}: {FAULT.format(type(error).__name__, logged())}")
+        sys.exit(f"mkt {command}: {_without_extras(error) or _fault(error)}")
+
+
+def _without_extras(error: Exception) -> str:
+    """Which package a light install lacks, in a sentence; empty for other errors."""
+    missing = isinstance(error, ModuleNotFoundError) and environment.is_by_hand()
+    name = getattr(error, "name", None) or ""
+    return MISSING.format(name) if missing and not name.startswith("mkt") else ""
+
+
+def _fault(error: Exception) -> str:
+    return FAULT.format(type(error).__name__, logged())
 
 
 def logged() -> str:

@@ -85,6 +85,13 @@ def main() -> int:
 def diagnose() -> Iterator[Finding]:
     """All findings, one after the other."""
     yield from machine()
+    if environment.is_by_hand():
+        words = f"{sys.prefix}, into which somebody has installed the library"
+        yield Finding(FINE, "environment", words)
+        yield from codecs()
+        yield from data_sets()
+        return
+    yield from _folder(environment.ROOT)
     yield from virtual_environment()
     if environment.is_current():
         yield from packages()
@@ -107,7 +114,7 @@ def _judged(
 
 
 def machine() -> Iterator[Finding]:
-    """Python, the processor and the room on the disk."""
+    """Python and the processor."""
     bits = struct.calcsize("P") * 8
     system = f"{platform.system()} {platform.machine()}"
     yield _judged(
@@ -124,7 +131,6 @@ def machine() -> Iterator[Finding]:
         "the book is executed on two at a time; it will take twice as long",
         NOTE,
     )
-    yield from _folder(environment.ROOT)
 
 
 def _folder(root: Path) -> Iterator[Finding]:

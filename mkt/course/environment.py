@@ -3,20 +3,23 @@
 It is made by uv where there is one, else by pip, and takes nothing whose hash is not in
 the list.  Only the standard library is used here, so that it starts on a bare Python.
 The stamp of an environment is written last: a set-up that was interrupted carries the
-word `UNFINISHED` instead, and the next run begins it again.
+word `UNFINISHED` instead, and the next run begins it again.  Where a user has installed
+the library by hand, nothing is made: commands run in that environment.
 
 Reading order: `ensure`, `build`.
 """
 
 import hashlib
+import importlib.metadata
 import importlib.util
+import json
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
-from mkt.files import ROOT, alone, whole
+from mkt.files import ROOT, alone, is_clone, whole
 
 VENV = ROOT / ".venv"
 LOCK = ROOT / ".venv.lock"
@@ -64,9 +67,23 @@ def wanted_stamp() -> str:
     return hashlib.sha256(lists + here).hexdigest()
 
 
+def is_by_hand() -> bool:
+    """Whether somebody has installed this library into this Python, with pip.
+
+    Then they look after its packages, and no other environment is made.
+    """
+    if not is_clone():
+        return True
+    found = importlib.metadata.distributions(name="mkt")
+    origins = (one.read_text("direct_url.json") for one in found)
+    urls = {json.loads(origin)["url"] for origin in origins if origin}
+    own = Path(sys.prefix).resolve() == VENV.resolve()
+    return ROOT.as_uri() in urls and not own
+
+
 def is_current() -> bool:
     """Whether this very program runs in the environment that is wanted."""
-    return stamp_of(Path(sys.prefix)) == wanted_stamp()
+    return is_clone() and stamp_of(Path(sys.prefix)) == wanted_stamp()
 
 
 def is_made() -> bool:
@@ -156,7 +173,7 @@ def clear() -> None:
 def mark(stamp: str) -> None:
     """Write what ``.venv`` was made from."""
     with whole(VENV / STAMP_NAME) as half:
-        half.write_text(stamp)
+        half.write_text(stamp, "utf-8")
 
 
 def steps(uv: str | None) -> list[Step]:
@@ -212,7 +229,7 @@ def count(lines: list[str]) -> None:
     """Show on one line how far pip has come, from what it printed so far."""
     if lines[-1].startswith("Collecting"):
         done = sum(line.startswith("Collecting") for line in lines)
-        total = REQUIREMENTS.read_text().count("==")
+        total = REQUIREMENTS.read_text("utf-8").count("==")
         name = lines[-1].split()[1][:50]
         sys.stderr.write(f"\r      {done} of about {total}: {name:<50}")
     elif lines[-1].startswith("Installing collected"):

@@ -3,8 +3,10 @@
 from collections.abc import Iterable
 from typing import Any
 
+from mkt.course.own_tracker import enter
 from mkt.figures.registry import FIGURES, Entry
 
+ALL_TRACKERS = "own.success"  # draws whatever is registered
 SHORT = {"n": "particles"}  # as the papers call their number
 ANY = "Numbers need not be one of those listed, which are the positions of a slider."
 
@@ -67,6 +69,23 @@ def parameters(entry: Entry, assignments: Iterable[str]) -> dict[str, Any]:
             )
         result[name] = _value(entry, name, text)
     return result
+
+
+def own_tracker(entry: Entry, name: str) -> dict[str, str]:
+    """The parameters by which a figure shows a tracker of the user's own.
+
+    Raises
+    ------
+    ValueError
+        For no tracker, and for a figure of the paper's own trackers.
+    """
+    if "tracker" not in entry.defaults and entry.name != ALL_TRACKERS:
+        raise ValueError(
+            f"{entry.name} shows the trackers of its paper; own.run shows one of your "
+            f"own, and {ALL_TRACKERS} all"
+        )
+    enter(name)
+    return {"tracker": name} if "tracker" in entry.defaults else {}
 
 
 def _value(entry: Entry, name: str, text: str) -> Any:

@@ -26,8 +26,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import platformdirs
 
-from mkt.files import PACKAGE, ROOT, named, whole
+from mkt.files import PACKAGE, ROOT, is_clone, named, whole
 
 NUMERICAL = (
     "numpy",
@@ -45,8 +46,16 @@ PICKLES = (
 
 
 def folder() -> Path:
-    """Where everything is kept: MKT_CACHE, or ``.cache`` in the clone."""
-    return Path(os.environ.get("MKT_CACHE") or ROOT / ".cache")
+    """Where everything is kept: MKT_CACHE, or ``.cache`` in the clone.
+
+    Of a library that is installed, or a clone that cannot be written, it is the user's
+    own folder for such things.
+    """
+    if place := os.environ.get("MKT_CACHE"):
+        return Path(place)
+    if is_clone() and os.access(ROOT, os.W_OK):
+        return ROOT / ".cache"
+    return platformdirs.user_cache_path("mkt", appauthor=False)
 
 
 def key(*parts: Any) -> str:

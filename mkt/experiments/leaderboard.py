@@ -17,22 +17,27 @@ release (`mkt.experiments.shipped`), which is what the book shows.
 Explained in notebook 14.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from joblib import Parallel, delayed
 from tabulate import tabulate
+from tqdm import tqdm
 
 from mkt.experiments import shipped as release
 from mkt.experiments.statistics import MEAN, interval, p_value
 from mkt.experiments.sweep import Job, sweep
+from mkt.experiments.timing import one_thread
 from mkt.scenes import SCENES
 from mkt.scenes.drawn import HELD_BACK, Drawn, drawn
-from mkt.sequences import benchmarks
+from mkt.sequences import benchmarks, tracks
 from mkt.trackers import by_name
 from mkt.trackers.by_name import LABELS
-from mkt.tracking import Tracker
+from mkt.tracking import Tracker, track
 
 SEEDS = range(5)  # of the random numbers on a recorded sequence
 # What a tracker scores that would not start.
@@ -73,12 +78,15 @@ class Board:
         Of `mkt.experiments.sweep.sweep`.
     case : str
         The column whose values are independent of each other, "seed" or "source".
+    jobs : list of Job
+        That made the rows, one for each; none for rows that were read.
     """
 
     title: str
     data: str
     rows: pd.DataFrame
     case: str
+    jobs: list[Job] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -119,6 +127,7 @@ def recorded(
     seeds: Sequence[int] = SEEDS,
     processes: int = -1,
     archive: str = "",
+    on: Iterable[str] = (),
 ) -> tuple[list[Board], list[str]]:
     """Trackers, all by default, on every benchmark sequence that can be used.
 
@@ -129,6 +138,8 @@ def recorded(
     processes : int
     archive : str
         Only this benchmark, such as BoBoT.
+    on : iterable of str
+        Only these sequences, see `mkt.sequences.benchmarks.named`.
 
     Returns
     -------
@@ -143,14 +154,16 @@ def recorded(
         For an unknown tracker, and without a seed.
     """
     trackers = _trackers(names, seeds)
-    usable, troubles = benchmarks.usable()
+    usable, troubles = benchmarks.usable(map(benchmarks.named, on))
     found = {o: w for o, w in usable.items() if archive in ("", o.archive.name)}
     if not found:
         return [], troubles
-    rows = sweep(_repeated(trackers, found, seeds), processes)
+    jobs = _repeated(trackers, found, seeds)
+    rows = sweep(jobs, processes)
     titles = ", ".join(dict.fromkeys(one.archive.name for one in found))
     there = "; ".join(f"{one.name}, {words}" for one, words in found.items())
-    return [Board(titles, f"Real sequences: {there}.", rows, "source")], troubles
+    data = f"Real sequences: {there}."
+    return [Board(titles, data, rows, "source", jobs)], troubles
 
 
 def _repeated(
@@ -188,7 +201,7 @@ def synthetic(
         for label, tracker in trackers.items()
         for seed in seeds
     ]
-    return _drawn_board(sweep(jobs, processes))
+    return replace(_drawn_board(sweep(jobs, processes)), jobs=jobs)
 
 
 def _drawn_board(rows: pd.DataFrame) -> Board:
@@ -238,6 +251,44 @@ def draws(tracker: Tracker) -> bool:
     for frame in clip.frames[1:3]:
         state, _ = tracker.step(state, frame, rng)
     return rng.bit_generator.state != before
+
+
+def write_tracks(board: Board, folder: Path, processes: int = -1) -> None:
+    """Run the jobs of a board again, and write what each found, frame by frame.
+
+    That is a table (.csv), and MOT's rows (.txt), see `mkt.sequences.tracks`.  Where a
+    tracker refused the target there is neither.
+
+    Parameters
+    ----------
+    board : Board
+    folder : Path
+        Made where there is none; a file is TRACKER-SOURCE-SEED.
+    processes : int
+        At once; -1 for as many as there are cores.
+
+    Raises
+    ------
+    OSError
+        Where a file cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    refused = board.rows["refused"] != ""
+    jobs = [job for job, no in zip(board.jobs, refused, strict=True) if not no]
+    done = Parallel(n_jobs=processes, return_as="generator")(
+        delayed(_write_track)(job, folder) for job in jobs
+    )
+    for _ in tqdm(done, desc="tracks", unit="run", total=len(jobs)):
+        pass
+
+
+def _write_track(job: Job, folder: Path) -> None:
+    with one_thread():
+        found = track(job.tracker, job.source.sequence(), job.seed)
+    name = re.sub(r"[^\w.-]+", "_", f"{job.label}-{job.source.name}-{job.seed}")
+    for ending in (".csv", ".txt"):
+        first = getattr(job.source, "first", 0)
+        tracks.write(found, folder / f"{name}{ending}", first)
 
 
 def ranking(board: Board) -> list[Place]:

@@ -1,7 +1,8 @@
 """What was measured once for a release, as tidy tables in ``data/``.
 
 ``claims.csv`` has a row for each line of a claim and each seed, ``tracking.csv`` and
-``bobot.csv`` a row for each run of a tracker (`mkt.experiments.sweep.run`).  Beside
+``bobot.csv`` a row for each run of a tracker (`mkt.experiments.sweep.run`), and so has
+``wishes.csv``, with fewer columns.  Beside
 each lies a JSON file: the command that makes the table again, the day, the seeds, the
 versions of all packages that numbers depend on, and a hash of the code.  Book and
 figures read these tables, so that no build of the book runs trackers for hours; where
@@ -23,10 +24,10 @@ from mkt.experiments.claims import CLAIMS, Measured, Part, judge
 from mkt.experiments.claims_as_text import measured as measured_as_text
 from mkt.experiments.statistics import STATISTICS
 from mkt.experiments.sweep import NUMBERS
-from mkt.files import PACKAGE, ROOT, DataError, whole
+from mkt.files import DATA, PACKAGE, DataError, whole
 
-CLAIMED, TRACKED, BOBOT = (
-    ROOT / "data" / name for name in ("claims.csv", "tracking.csv", "bobot.csv")
+CLAIMED, TRACKED, BOBOT, WISHED = (
+    DATA / name for name in ("claims.csv", "tracking.csv", "bobot.csv", "wishes.csv")
 )
 # Where the code begins that the numbers depend on.
 TRACKING = (PACKAGE / "experiments" / "sweep.py", PACKAGE / "trackers" / "by_name.py")
@@ -34,6 +35,7 @@ COMMANDS = {
     CLAIMED: "python3 -m mkt claims --release",
     TRACKED: "python3 -m mkt bench tracking --release",
     BOBOT: "python3 -m mkt bench tracking --release",
+    WISHED: ".venv/bin/python -m mkt.papers.lessons.wishes",
 }
 DIGITS = "%.7g"
 WORDS = ("item", "ground", "refused")  # of a run; where empty, a table has no text
@@ -190,6 +192,18 @@ def read_runs(table: Path) -> tuple[pd.DataFrame, Made]:
     """
     rows, made, _ = _read(table, "tracker", "source", "seed", *NUMBERS)
     return rows.astype({name: object for name in WORDS}).fillna(NO_WORDS), made
+
+
+def read_table(table: Path, *columns: str) -> tuple[pd.DataFrame, Made]:
+    """A table of any kind that has some columns, and how it was made.
+
+    Raises
+    ------
+    DataError
+        Where the table cannot be read.
+    """
+    rows, made, _ = _read(table, *columns)
+    return rows, made
 
 
 def seeds_of(made: Made) -> range:

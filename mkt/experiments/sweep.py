@@ -21,6 +21,7 @@ import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -155,7 +156,9 @@ def known(jobs: Iterable[Job]) -> list[dict[str, Any] | None]:
     return [None if key is None else ROWS.get(key) for key in (j.key() for j in jobs)]
 
 
-def sweep(jobs: Iterable[Job], processes: int = -1) -> pd.DataFrame:
+def sweep(
+    jobs: Iterable[Job], processes: int = -1, parameters: Iterable[str] = ()
+) -> pd.DataFrame:
     """Do all jobs that are not yet known, in parallel, with a progress bar.
 
     Parameters
@@ -163,6 +166,9 @@ def sweep(jobs: Iterable[Job], processes: int = -1) -> pd.DataFrame:
     jobs : iterable of Job
     processes : int
         At once; -1 for as many as there are cores.
+    parameters : iterable of str
+        Fields of the trackers that are to be columns too, "n" or "filter.n"; NaN where
+        a tracker has none of that name.
 
     Returns
     -------
@@ -187,7 +193,16 @@ def sweep(jobs: Iterable[Job], processes: int = -1) -> pd.DataFrame:
                 rows[k] = row
                 _keep(jobs[k], row)
             bar.update(len(fresh))
-    return pd.DataFrame(rows)
+    columns = {name: [_parameter(job, name) for job in jobs] for name in parameters}
+    return pd.DataFrame(rows).assign(**columns)
+
+
+def _parameter(job: Job, name: str) -> Any:
+    """A field of a job's tracker, NaN where it has none of that dotted name."""
+    try:
+        return attrgetter(name)(job.tracker)
+    except AttributeError:
+        return np.nan
 
 
 def _groups(jobs: list[Job], missing: list[int]) -> list[dict[int, Job]]:

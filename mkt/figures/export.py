@@ -20,7 +20,7 @@ from tqdm import tqdm
 
 import mkt
 from mkt.figures.registry import Entry, Shown
-from mkt.files import whole
+from mkt.files import new_file, whole
 from mkt.plotting import in_style
 from mkt.sequences import benchmarks
 
@@ -32,6 +32,8 @@ KEYS = {  # what each format calls the four facts
 }
 UNDATED = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 SHARP_DPI, LIGHT_DPI = 200, 150
+MOVING = ".gif"  # of a figure with a slider `frame`
+MOVING_DPI, MOVING_MS, COLORS = 56, 120, 32
 PLACES = "%.6g"  # of the numbers in a table
 
 
@@ -53,15 +55,12 @@ def checked(path: Path | str) -> Path:
         That say what to do.
     """
     path = Path(path)
-    if path.suffix.lower() not in KEYS:
+    endings = (*KEYS, MOVING)
+    if path.suffix.lower() not in endings:
         raise ValueError(
-            f"{path}: the ending says what to write; take one of {', '.join(KEYS)}"
+            f"{path}: the ending says what to write; take one of {', '.join(endings)}"
         )
-    if not path.parent.is_dir():
-        raise FileNotFoundError(
-            f"no folder {path.parent} for {path.name}; make it first"
-        )
-    return path
+    return new_file(path)
 
 
 def write(entry: Entry, path: Path | str, parameters: Mapping[str, Any]) -> None:
@@ -79,6 +78,8 @@ def write(entry: Entry, path: Path | str, parameters: Mapping[str, Any]) -> None
     """
     path = checked(path)
     try:
+        if path.suffix.lower() == MOVING:
+            return _write_moving(entry, path, parameters)
         fig, shown = entry.draw(SHARP_DPI, **parameters)
     except (ValueError, IndexError, ArithmeticError) as error:
         values = ", ".join(f"{name}={value}" for name, value in parameters.items())
@@ -87,6 +88,27 @@ def write(entry: Entry, path: Path | str, parameters: Mapping[str, Any]) -> None
         ) from error
     with whole(path) as half:
         save(fig, shown, half, facts(entry, parameters))
+
+
+def _write_moving(entry: Entry, path: Path, parameters: Mapping[str, Any]) -> None:
+    """A figure at every second position of its slider `frame`, as a moving picture."""
+    if "frame" not in entry.sliders:
+        raise ValueError("it has no slider 'frame', over which a .gif could move")
+    pictures = []
+    for k in tqdm(entry.values("frame")[::2], desc="frames", disable=None):
+        fig, _ = entry.draw(MOVING_DPI, **{**parameters, "frame": k})
+        drawn = io.BytesIO()
+        with in_style():
+            fig.savefig(drawn, format="png")
+        pictures.append(Image.open(drawn).convert("RGB").quantize(COLORS, dither=0))
+    with whole(path) as half:
+        pictures[0].save(
+            half,
+            save_all=True,
+            append_images=pictures[1:],
+            duration=MOVING_MS,
+            loop=0,
+        )
 
 
 def write_all(entries: Iterable[Entry], folder: Path, ending: str) -> None:

@@ -20,6 +20,7 @@ from IPython.display import Image
 
 from mkt.figures.registry import Entry, Shown
 from mkt.figures.static_panel import caption, encoded, label, width
+from mkt.figures.tooltips import WORDS
 
 LIVE_DPI, SHARP_DPI = 100, 160
 KEPT = 64  # pictures of a panel, about 15 MB
@@ -99,7 +100,7 @@ class Panel(ipywidgets.VBox):
     @property
     def values(self) -> dict[str, Any]:
         """The parameters as they stand, {name: value}."""
-        moved = {name: control.value for name, control in self._controls.items()}
+        moved = {name: _exact(one.value) for name, one in self._controls.items()}
         return self._entry.defaults | self._fixed | moved
 
     def reset(self, _button: Any = None) -> None:
@@ -155,11 +156,15 @@ class Panel(ipywidgets.VBox):
             self._progress.layout.visibility = "visible"
 
     def _look_ahead(self, change: Any) -> None:
-        options = [value for _, value in change.owner.options]
-        at = options.index(change.new)
-        beyond = 2 * at - options.index(change.old)
-        if abs(beyond - at) == 1 and 0 <= beyond < len(options):
-            values = self.values | {change.owner.description: options[beyond]}
+        name = change.owner.description
+        positions = self._entry.values(name)
+        old, new = _exact(change.old), _exact(change.new)
+        if old not in positions or new not in positions:
+            return  # a number that was typed
+        at = positions.index(new)
+        beyond = 2 * at - positions.index(old)
+        if abs(beyond - at) == 1 and 0 <= beyond < len(positions):
+            values = self.values | {name: positions[beyond]}
             with suppress(RuntimeError):  # no event loop, so no reader either
                 loop = asyncio.get_running_loop()
                 loop.call_later(PAUSE, self._draw_ahead, values)
@@ -168,6 +173,11 @@ class Panel(ipywidgets.VBox):
         # An error will be told if it is ever asked for.
         with suppress(Exception), _DRAWING:
             self._drawn(tuple(values.items()))
+
+
+def _exact(value: Any) -> Any:
+    """A position of a slider without the noise of adding up steps."""
+    return round(value, 10) if isinstance(value, float) else value
 
 
 @contextmanager
@@ -183,13 +193,20 @@ def _no_garbage() -> Iterator[None]:
 
 
 def _control(entry: Entry, name: str) -> ipywidgets.Widget:
-    options = [(label(value), value) for value in entry.values(name)]
-    choice = isinstance(entry.sliders[name], list)
-    kind = ipywidgets.Dropdown if choice else ipywidgets.SelectionSlider
-    return kind(
-        options=options,
-        value=entry.defaults[name],
-        description=name,
-        style={"description_width": "5.5em"},
-        layout={"width": "24em"},
-    )
+    """A list of what there is, or a slider beside which any number can be typed."""
+    words = {
+        "value": entry.defaults[name],
+        "description": name,
+        "tooltip": WORDS.get(name, name),
+        "style": {"description_width": "5.5em"},
+        "layout": {"width": "24em"},
+    }
+    values = entry.values(name)
+    if isinstance(entry.sliders[name], list):
+        options = [(label(value), value) for value in values]
+        return ipywidgets.Dropdown(options=options, **words)
+    low, high, step = entry.sliders[name]
+    ends = {"min": low, "max": high, "step": step}
+    if all(isinstance(value, int) for value in values):
+        return ipywidgets.IntSlider(**ends, **words)
+    return ipywidgets.FloatSlider(**ends, **words)

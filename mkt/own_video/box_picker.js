@@ -4,13 +4,34 @@ const UNITS = { angle: "°" };
 const WIDE = 480; // [px] on the screen; smaller pictures are enlarged
 const CLICK = 2; // [px] of the picture: a shorter drag draws nothing
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-const HELP = "The first frame. Drag to draw the box, drag inside the box to move it (with Shift, to draw a new one there). " +
-  "Arrow keys move it by a pixel; with Shift they change its width and height.";
+const GRIP = 8; // [px] on the screen round a corner, where a drag changes the size
+const HELP = "The first frame. Drag to draw the box; drag inside it to move it (with Shift, to draw a new one there), at a corner to " +
+  "change its size, elsewhere to draw anew. Arrow keys move it by a pixel; with Shift they change its width and height.";
 
 const centre = ([x, y, w, h]) => [x + w / 2, y + h / 2];
 const moved = ([x, y, w, h, angle], dx, dy) => [x + dx, y + dy, w, h, angle];
 const grown = ([x, y, w, h, angle], dw, dh) => [x, y, Math.max(1, w + dw), Math.max(1, h + dh), angle];
 const spanned = (a, b) => [Math.min(a[0], b[0]), Math.min(a[1], b[1]), Math.abs(a[0] - b[0]), Math.abs(a[1] - b[1]), 0];
+
+const drawn = (box) => box[2] > 0 && box[3] > 0;
+
+function turned([x, y], degrees) {
+  const t = (degrees * Math.PI) / 180;
+  return [x * Math.cos(t) - y * Math.sin(t), x * Math.sin(t) + y * Math.cos(t)];
+}
+
+function corners(box) { // clockwise from the upper left one; the opposite one is two further
+  const [cx, cy] = centre(box);
+  return [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([i, j]) => {
+    const [dx, dy] = turned([(i * box[2]) / 2, (j * box[3]) / 2], box[4]);
+    return [cx + dx, cy + dy];
+  });
+}
+
+function stretched(anchor, here, angle) { // the box of that angle with these two opposite corners
+  const [w, h] = turned([here[0] - anchor[0], here[1] - anchor[1]], -angle).map((side) => Math.max(1, Math.abs(side)));
+  return [(anchor[0] + here[0] - w) / 2, (anchor[1] + here[1] - h) / 2, w, h, angle];
+}
 
 function contains(box, [px, py]) {
   const [cx, cy] = centre(box), t = (box[4] * Math.PI) / 180, dx = px - cx, dy = py - cy;
@@ -36,6 +57,8 @@ function outline(context, box, scale) {
     context.stroke();
   }
   context.restore();
+  context.fillStyle = "#7dff7d";
+  for (const [x, y] of corners(box)) context.fillRect(x * scale - GRIP / 2, y * scale - GRIP / 2, GRIP, GRIP);
 }
 
 function render({ model, el }) {
@@ -50,17 +73,18 @@ function render({ model, el }) {
     return element("input", label, { type: "number", step: "any", className: "mkt-box-field", name, title: `${name} [${UNITS[name] ?? "px"}]` });
   });
   const picture = new Image();
-  let box = model.get("box"), scale = 1, drag = null;
+  let box = model.get("box"), scale = 1, drag = null, own = false; // whether the reader has drawn it: another one gives way to any drag
 
   const draw = () => {
     const context = canvas.getContext("2d");
     context.imageSmoothingEnabled = scale < 1;
     context.clearRect(0, 0, canvas.width, canvas.height);
     if (picture.naturalWidth) context.drawImage(picture, 0, 0, canvas.width, canvas.height);
-    outline(context, box, scale);
+    if (drawn(box)) outline(context, box, scale);
     fields.forEach((field, i) => { if (field !== document.activeElement) field.value = +box[i].toFixed(2); });
   };
   const load = () => {
+    own = false;
     const url = URL.createObjectURL(new Blob([model.get("frame")]));
     picture.onload = () => {
       URL.revokeObjectURL(url);
@@ -72,7 +96,7 @@ function render({ model, el }) {
     picture.src = url;
   };
   const receive = () => { box = model.get("box"); draw(); };
-  const send = (changed) => { box = changed; model.set("box", box); model.save_changes(); draw(); };
+  const send = (changed) => { box = changed; own = true; model.set("box", box); model.save_changes(); draw(); };
   const enable = () => {
     for (const field of fields) field.disabled = !model.get("enabled");
     el.classList.toggle("mkt-busy", !model.get("enabled"));
@@ -85,21 +109,29 @@ function render({ model, el }) {
 
   canvas.addEventListener("pointerdown", (event) => {
     if (!model.get("enabled")) return;
-    const start = place(event);
-    drag = { start, before: box, moving: !event.shiftKey && contains(box, start) };
+    const start = place(event), near = (GRIP * picture.naturalWidth) / canvas.getBoundingClientRect().width;
+    const grip = drawn(box) ? corners(box).findIndex(([x, y]) => Math.hypot(x - start[0], y - start[1]) <= near) : -1;
+    const anchor = !event.shiftKey && own && grip >= 0 ? corners(box)[(grip + 2) % 4] : null;
+    drag = { start, before: box, anchor, moving: !event.shiftKey && own && contains(box, start) };
     canvas.setPointerCapture(event.pointerId);
   });
   canvas.addEventListener("pointermove", (event) => {
     if (!drag) return;
     const here = place(event), [dx, dy] = [here[0] - drag.start[0], here[1] - drag.start[1]];
-    const drawn = Math.min(Math.abs(dx), Math.abs(dy)) >= CLICK ? spanned(drag.start, here) : drag.before;
-    box = drag.moving ? moved(drag.before, dx, dy) : drawn;
+    const fresh = Math.min(Math.abs(dx), Math.abs(dy)) >= CLICK ? spanned(drag.start, here) : drag.before;
+    if (drag.anchor) box = stretched(drag.anchor, here, drag.before[4]);
+    else box = drag.moving ? moved(drag.before, dx, dy) : fresh;
     draw();
   });
-  canvas.addEventListener("pointerup", () => { if (drag) { drag = null; send(box); } });
+  canvas.addEventListener("pointerup", () => {
+    if (!drag) return;
+    const changed = box !== drag.before;
+    drag = null;
+    if (changed) send(box); // a click alone draws nothing
+  });
   canvas.addEventListener("pointercancel", () => { if (drag) { box = drag.before; drag = null; draw(); } });
   canvas.addEventListener("keydown", (event) => {
-    if (!(event.key in ARROWS) || !model.get("enabled")) return;
+    if (!(event.key in ARROWS) || !model.get("enabled") || !drawn(box)) return;
     event.preventDefault();
     event.stopPropagation();
     send((event.shiftKey ? grown : moved)(box, ...ARROWS[event.key]));

@@ -5,6 +5,8 @@
 
 import asyncio
 import html
+import inspect
+import re
 import shlex
 import time
 import traceback
@@ -21,6 +23,7 @@ from mkt.files import installed_file
 from mkt.own_video.settings import numbers_of
 from mkt.sequences.carphone import CARPHONE
 from mkt.trackers import by_name
+from mkt.tracking import Tracker
 from mkt.types import Frame
 
 VIDEOS = {
@@ -57,7 +60,11 @@ class Source(ipywidgets.VBox):
     path = traitlets.Unicode()
 
     def __init__(self):
-        self.listed = ipywidgets.Dropdown(description="video", layout={"width": "24em"})
+        self.listed = ipywidgets.Dropdown(
+            description="video",
+            tooltip="the clip of the book, or a video beside this notebook",
+            layout={"width": "24em"},
+        )
         self.again = ipywidgets.Button(
             icon="refresh",
             tooltip="look again for videos in this folder",
@@ -66,11 +73,17 @@ class Source(ipywidgets.VBox):
         self.other = ipywidgets.Text(
             description="or a path",
             placeholder="/home/me/ball.mp4, or a folder of images",
+            tooltip="where another video lies",
             continuous_update=False,
             layout={"width": "28em"},
         )
         self.seconds = ipywidgets.BoundedIntText(
-            10, min=1, max=600, description="or record", layout={"width": "11em"}
+            10,
+            min=1,
+            max=600,
+            description="or record",
+            tooltip="how many seconds",
+            layout={"width": "11em"},
         )
         self.camera = ipywidgets.Button(
             description="seconds of webcam",
@@ -132,10 +145,16 @@ class Method(ipywidgets.HBox):
             options=options,
             value=FIRST,
             description="tracker",
+            tooltip="who follows the target",
             layout={"width": "24em"},
         )
         self.seed = ipywidgets.BoundedIntText(
-            0, min=0, max=2**31 - 1, description="seed", layout={"width": "12em"}
+            0,
+            min=0,
+            max=2**31 - 1,
+            description="seed",
+            tooltip="another one draws other random numbers; the same gives the same",
+            layout={"width": "12em"},
         )
         self._fields = ipywidgets.HBox(layout=WRAPPED)
         super().__init__([self.tracker, self.seed, self._fields], layout=WRAPPED)
@@ -153,14 +172,30 @@ class Method(ipywidgets.HBox):
             control.disabled = not on
 
     def _offer(self, _change: Any = None) -> None:
-        numbers = numbers_of(by_name.get(self.tracker.value))
-        self._fields.children = [_number(name, v) for name, v in numbers.items()]
+        tracker = by_name.get(self.tracker.value)
+        self._fields.children = [
+            _number(name, value, meaning(tracker, name))
+            for name, value in numbers_of(tracker).items()
+        ]
 
 
-def _number(name: str, value: float) -> ipywidgets.Widget:
+def meaning(tracker: Tracker, name: str) -> str:
+    """What a tracker's docstring says of one of its parameters, or of its filter's."""
+    text = inspect.getdoc(tracker) or ""
+    names = rf"^[\w, ]*\b{name}\b[\w, ]*(?: : .*)?\n"  # "eta, gamma : float"
+    found = re.search(rf"{names}((?:    .*\n?)+)", text, re.MULTILINE)
+    if found:
+        return " ".join(found[1].split())
+    inner = getattr(tracker, "filter", None)
+    own = f"{name} of {type(tracker).__name__}"
+    return own if inner is None else meaning(inner, name)
+
+
+def _number(name: str, value: float, tooltip: str) -> ipywidgets.Widget:
     kind = ipywidgets.IntText if type(value) is int else ipywidgets.FloatText
     style = {"description_width": "5.5em"}
-    return kind(value, description=name, layout={"width": "11em"}, style=style)
+    words = {"tooltip": tooltip, "style": style}
+    return kind(value, description=name, layout={"width": "11em"}, **words)
 
 
 class Report(ipywidgets.VBox):

@@ -16,31 +16,22 @@ from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from tqdm import tqdm
 
 from mkt.files import DataError, flush, in_one_piece, named, whole, written_path
 from mkt.own_video.overlay import annotated, pixel_grid
 from mkt.own_video.settings import Settings
+from mkt.sequences.tracks import COLUMNS, mot_row, row
 from mkt.sequences.video import VideoFile
 from mkt.sequences.writing import CODECS, quiet, video_writer
 from mkt.tracking import Info, Sequence, Tracker, follow
 from mkt.types import ArrayLike, Frame
 
-COLUMNS = (
-    "frame",
-    "cx [px]",
-    "cy [px]",
-    "theta [deg]",
-    "hx [px]",
-    "hy [px]",
-    "score",
-    "lost",
-)
+TABLES = (".csv", ".txt")  # without a film: our table, or MOT's rows
 
 
 def checked_output(output: Path | str, source: Path | str) -> Path:
-    """The path of the video to write.
+    """The path of the video to write, or of a table alone.
 
     Raises
     ------
@@ -49,10 +40,11 @@ def checked_output(output: Path | str, source: Path | str) -> Path:
         is such a video, table or settings already, be it the source under another name.
     """
     output = written_path(output)
-    if output.suffix.lower() not in CODECS:
+    if output.suffix.lower() not in (*CODECS, *TABLES):
         ending = output.suffix or "a file without an extension"
         raise ValueError(
-            f"-o {output}: cannot write {ending}; choose one of {', '.join(CODECS)}"
+            f"-o {output}: cannot write {ending}; choose one of {', '.join(CODECS)} "
+            "for a film, .csv or .txt for a table alone"
         )
     if not output.parent.is_dir():
         raise ValueError(
@@ -72,8 +64,16 @@ def checked_output(output: Path | str, source: Path | str) -> Path:
 
 
 def files_of(output: Path) -> list[Path]:
-    """The video, its table and its settings."""
-    return [output, *map(output.with_suffix, (".csv", ".json"))]
+    """The video if there is one, its table and its settings."""
+    beside = output.with_suffix(".json")
+    if is_table(output):
+        return [output, beside]
+    return [output, output.with_suffix(".csv"), beside]
+
+
+def is_table(output: Path) -> bool:
+    """Whether there is to be a table alone, which takes much less time."""
+    return output.suffix.lower() in TABLES
 
 
 def files_there(output: Path) -> list[Path]:
@@ -96,7 +96,7 @@ class Recorder:
     Parameters
     ----------
     output : Path
-        Ends as one of `mkt.sequences.writing.CODECS`.
+        Ends as one of `mkt.sequences.writing.CODECS`, or of `TABLES`.
     clip : Sequence
         Whose frames will be given.
     title : str
@@ -124,18 +124,26 @@ class Recorder:
     ):
         self.done = 0
         self._title, self._output = title, Path(output)
-        size = clip.frames[0].shape[1::-1]
+        self._first, self._every = settings.part if settings else (0, 1)
+        *film, table, chosen = files_of(self._output)
+        self._written = [*film, table]
+        self._mot = table.suffix.lower() == ".txt"
+        self._film = None
         with self._named(), ExitStack() as opened:
-            _, table, chosen = files_of(self._output)
             # Each row at once, for nobody can write it when the program is killed.
-            file = opened.enter_context(table.open("x", buffering=1, newline=""))
+            file = table.open("x", buffering=1, newline="", encoding="utf-8")
+            opened.enter_context(file)
             self._table = csv.writer(file)
-            self._table.writerow(COLUMNS)
+            if not self._mot:
+                self._table.writerow(COLUMNS)
             self._files = opened.pop_all()
         with self._files as opened:
             if settings:
                 settings.save(chosen)
-            self._writer = opened.enter_context(video_writer(output, size, clip.fps))
+            if film:
+                size = clip.frames[0].shape[1::-1]
+                writer = video_writer(output, size, clip.fps)
+                self._film = opened.enter_context(writer)
             self._files = opened.pop_all()
 
     def __enter__(self) -> "Recorder":
@@ -144,13 +152,13 @@ class Recorder:
     def __exit__(self, kind: Any, *_: Any) -> None:
         with self._named():
             self._files.close()
-            for path in files_of(self._output)[:2]:
+            for path in self._written:
                 flush(path)
-        if kind is None and self.done:
+        if kind is None and self.done and self._film:
             _check_written(self._output, self.done)
 
     def _named(self):
-        return named(self._output.with_suffix(".csv"))
+        return named(self._written[-1])
 
     def add(self, frame: Frame, info: Info) -> Frame:
         """Write the next frame with its info.
@@ -158,14 +166,19 @@ class Recorder:
         Returns
         -------
         (H, W, 3) uint8 array, RGB
-            The picture that went into the video.
+            The picture that went into the video; the frame where there is none.
         """
-        picture = annotated(frame, info, f"{self.done} {self._title}")
+        k = self._first + self.done * self._every
+        picture = annotated(frame, info, f"{k} {self._title}") if self._film else frame
         with in_one_piece():
-            with self._named():
-                self._table.writerow(row(self.done, info))
+            if not (self._mot and info["lost"]):
+                with self._named():
+                    self._table.writerow(
+                        mot_row(k, info) if self._mot else row(k, info)
+                    )
             self.done += 1
-            self._writer.write(picture[..., ::-1])
+            if self._film:
+                self._film.write(picture[..., ::-1])
         return picture
 
 
@@ -238,21 +251,14 @@ def record(
     return recorder.done
 
 
-def row(k: int, info: Info) -> list[Any]:
-    """The info of frame k as the numbers of `COLUMNS`."""
-    cx, cy, theta, hx, hy = info["region"]
-    numbers = [f"{x:.3f}" for x in (cx, cy, np.degrees(theta), hx, hy)]
-    return [k, *numbers, f"{info['score']:.4g}", int(info["lost"])]
-
-
-def ask_for_box(clip: Sequence, output: Path) -> str:
-    """Write the first frame under a grid of pixels next to the output.
+def ask_for_box(clip: Sequence, output: Path, first: int = 0) -> str:
+    """Write the first frame to be tracked under a grid of pixels next to the output.
 
     Returns a text that says how to read a box off it.
     """
     path = Path(output).with_name(f"{Path(output).stem}-first-frame.png")
     with whole(path) as half:
-        pixel_grid(clip.frames[0]).savefig(half)
+        pixel_grid(clip.frames[min(first, len(clip) - 1)]).savefig(half)
     return (
         f"no --box: where is the target?  Open {path}, the first frame with a grid in "
         "pixels.\nRead off x,y of the target's upper left corner, its width w and its "

@@ -27,6 +27,7 @@ from mkt.trackers import by_name
 from mkt.tracking import Tracker
 
 PACKAGES = ("mkt", "numpy", "scipy", "opencv-python-headless")
+WHOLE = {"first": 0, "last": None, "every": 1}  # where a file does not say
 AGAIN = "let `python3 -m mkt track` write it again"
 
 Numbers = dict[str, float]
@@ -59,6 +60,9 @@ class Settings:
         Of the tracker's chance.
     versions : dict
         What it was run with, for comparison only.
+    first, last, every : int, int or None, int
+        Which frames, counted from 0: from the first to the last one, None for that of
+        the video, and of those every so many-th.  The box is that of the first.
     """
 
     video: str
@@ -68,6 +72,14 @@ class Settings:
     numbers: Numbers = field(default_factory=dict)
     seed: int = 0
     versions: dict[str, str] = field(default_factory=versions)
+    first: int = 0
+    last: int | None = None
+    every: int = 1
+
+    @property
+    def part(self) -> tuple[int, int]:
+        """The number of the first frame, and the step from one to the next."""
+        return self.first, self.every
 
     @property
     def name(self) -> str:
@@ -76,7 +88,7 @@ class Settings:
 
     def identity(self) -> str:
         """What its frames and its start follow from, wherever the video lies."""
-        return f"{self.sha256} {self.box}"
+        return f"{self.sha256} {self.box} {self.part} {self.last}"
 
     def configured(self) -> Tracker:
         """The tracker.  Raises ValueError as `with_numbers` does."""
@@ -90,12 +102,25 @@ class Settings:
         DataError
             When the video cannot be read.
         ValueError
-            When the box is not in it.
+            When the box is not in it, or it has no such frames.
         """
         clip = formats.video(self.video)
-        truth = clip.truth.copy()
-        truth[0] = region_of(self.box, clip.frames[0])
-        return replace(clip, truth=truth)
+        end = len(clip) if self.last is None else self.last + 1
+        if not 0 <= self.first < end <= len(clip):
+            raise ValueError(
+                f"frames {self.first} to {end - 1}: {self.name} has 0 to "
+                f"{len(clip) - 1}"
+            )
+        part = slice(self.first, end, self.every)
+        frames, truth = clip.frames[part], clip.truth[part].copy()
+        truth[0] = region_of(self.box, frames[0])
+        return replace(
+            clip,
+            frames=frames,
+            truth=truth,
+            visibility=clip.visibility[part],
+            fps=clip.fps / self.every,
+        )
 
     def save(self, path: Path) -> None:
         """Write the settings as JSON, with the versions that have just been used.
@@ -115,13 +140,14 @@ def settled(
     tracker: str = "guided",
     numbers: Mapping[str, float] | None = None,
     seed: int = 0,
+    **part: int | None,
 ) -> Settings:
     """Settings with the fingerprint of the video and all numbers of the tracker.
 
     Parameters
     ----------
     video, box, tracker, seed
-        See `Settings`.
+        See `Settings`; first, last and every too.
     numbers : dict, optional
         Those that differ from the tracker's own.
 
@@ -134,7 +160,7 @@ def settled(
     known = numbers_of(with_numbers(tracker, numbers or {}))
     place = tuple(float(number) for number in box)
     sha256 = fingerprint(path)  # it refuses what the next line cannot resolve
-    return Settings(str(path.resolve()), sha256, place, tracker, known, seed)
+    return Settings(str(path.resolve()), sha256, place, tracker, known, seed, **part)
 
 
 def load(path: Path, video: Path | str | None = None) -> Settings:
@@ -192,8 +218,9 @@ def _checked(path: Path, values: Any) -> Settings:
     """The settings of a parsed file; DataError names what is missing or wrong."""
     wanted = {f.name for f in fields(Settings)}
     there = set(values) if isinstance(values, dict) else set()
-    if there != wanted:
-        names = ", ".join(sorted(wanted ^ there))
+    values = WHOLE | values if there else values
+    if there | set(WHOLE) != wanted:
+        names = ", ".join(sorted(wanted ^ (there | set(WHOLE))))
         raise DataError(path, f"these entries are missing or unknown: {names}", AGAIN)
     for name, possible in _POSSIBLE.items():
         if not possible(values[name]):
@@ -226,6 +253,14 @@ def _is_text(value: Any) -> bool:
     return isinstance(value, str)
 
 
+def _is_step(value: Any) -> bool:
+    return type(value) is int and value >= 1
+
+
+def _is_end(value: Any) -> bool:
+    return value is None or _is_seed(value)
+
+
 def _are_texts(value: Any) -> bool:
     return isinstance(value, dict) and all(map(_is_text, value.values()))
 
@@ -238,6 +273,9 @@ _POSSIBLE = {
     "numbers": _are_numbers,
     "seed": _is_seed,
     "versions": _are_texts,
+    "first": _is_seed,
+    "last": _is_end,
+    "every": _is_step,
 }
 
 

@@ -90,6 +90,8 @@ class Workbench(ipywidgets.VBox):
         """The settings as they stand.  Raises ValueError where they make no sense."""
         if self.clip is None:
             raise ValueError("there is no video; choose one in the panel")
+        if not any(self.picker.box[2:4]):
+            raise ValueError("there is no box yet; draw one round the target")
         region_of(self.picker.box, self.clip.frames[0])
         return settled(
             self.clip.frames.path,

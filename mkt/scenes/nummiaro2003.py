@@ -33,7 +33,7 @@ def students(seed: int, tree: float = TREE_WIDTH) -> Scene:
     ----------
     seed : int
     tree : float [px]
-        Its width; ours hides all of the student for about 20 frames around frame 101.
+        Its width; ours hides all of the student for 26 or 27 frames around frame 101.
     """
     rng = np.random.default_rng((11, seed))
     times = np.arange(0.0, STUDENTS + 12, 11)

@@ -45,7 +45,9 @@ def occlusion(
 ) -> Scene:
     """A panel sweeps over the image and hides the item totally.
 
-    It does so for about `hidden` frames from frame `first` on.
+    The panel is timed by the item's path: where it stands still or turns, the item is
+    hidden for longer or shorter.  With the defaults it is totally hidden for 3 frames
+    (seed 4) to 14 (seed 6, from frame 74 on).
     """
     rng = np.random.default_rng((3, seed))
     path = roaming(rng, growth=0.0)

@@ -20,8 +20,9 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
-from mkt.regions import corners, warp_matrices
+from mkt.homographies import corners, of_regions
 from mkt.scenes.paths import Path
 from mkt.scenes.textures import texture
 from mkt.tracking import Sequence
@@ -29,6 +30,7 @@ from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions
 
 MAX_SUBFRAMES = 32
 STILL: Path = ((0.0, 0.0, 0.0, 0.0, 1.0),)
+FLAT = ((0.0, 0.0, 0.0),)
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,10 @@ class Layer:
         of the image plane.
     turn : tuple of (frame, share)
         The share of that view, joined linearly.
+    tilt : tuple of (frame, about x [rad], about y [rad])
+        Turns out of the image plane, about the layer's own axes, first about x: the
+        lower side or the left one goes away.  Joined by a cubic spline; the layer is
+        then seen in perspective.
     """
 
     texture: str
@@ -63,6 +69,7 @@ class Layer:
     shuffle: int = 1
     view: "Layer | None" = None
     turn: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
+    tilt: Path = FLAT
 
 
 @dataclass(frozen=True)
@@ -92,6 +99,8 @@ class Scene:
     size : (width, height) [px]
     zoom : float
         Screen pixels for a texture pixel of the background.
+    focal : float [px]
+        Focal length of the camera that sees tilted layers.
 
     Raises
     ------
@@ -111,6 +120,7 @@ class Scene:
     seed: int = 0
     size: tuple[int, int] = (320, 240)
     zoom: float = 0.5
+    focal: float = 400.0
 
     def __post_init__(self):
         for field, possible in (
@@ -118,6 +128,7 @@ class Scene:
             ("shutter", 0 <= self.shutter <= 1),
             ("noise", self.noise >= 0),
             ("zoom", self.zoom > 0),
+            ("focal", self.focal > 0),
         ):
             if not possible:
                 raise ValueError(
@@ -194,9 +205,9 @@ def _exposure(n: int) -> Array:
 def _subframes(scene: Scene, k: int) -> int:
     """Sub-frames needed at frame k so that nothing jumps by more than a pixel."""
     ends = np.array([k - scene.shutter / 2, k + scene.shutter / 2])
-    seen = [regions(scene, layer, ends) for layer in _layers(scene)]
-    seen.append(_seen(scene, _whole(scene), ends))
-    jumps = [np.abs(np.diff(corners(region), axis=0)).max() for region in seen]
+    seen = [homographies(scene, layer, ends) for layer in _layers(scene)]
+    seen.append(of_regions(_seen(scene, _whole(scene), ends)))
+    jumps = [np.abs(np.diff(corners(each), axis=0)).max() for each in seen]
     return int(np.clip(np.ceil(max(jumps)), 1, MAX_SUBFRAMES))
 
 
@@ -225,7 +236,7 @@ def _spline(path: Path) -> Callable[[ArrayLike], Array]:
 
 
 def regions(scene: Scene, layer: Layer, times: ArrayLike) -> Regions:
-    """True regions of a layer on the screen.
+    """True regions of a layer on the screen; of a tilted one before its tilt.
 
     Parameters
     ----------
@@ -241,6 +252,38 @@ def regions(scene: Scene, layer: Layer, times: ArrayLike) -> Regions:
     h, w = texture(layer.texture).shape[:2]
     half = scale * layer.width / 2
     return _seen(scene, np.stack([x, y, theta, half, half * h / w], -1), times)
+
+
+def homographies(scene: Scene, layer: Layer, times: ArrayLike) -> Array:
+    """True homographies of a layer on the screen, see `mkt.homographies`.
+
+    The layer's middle stays where its region has it, at the distance of the focal
+    length, and its plane turns about it.
+
+    Parameters
+    ----------
+    scene : Scene
+    layer : Layer
+    times : (...) array_like [frames]
+
+    Returns
+    -------
+    (..., 3, 3) array
+    """
+    facing = regions(scene, layer, times)
+    if layer.tilt == FLAT:
+        return of_regions(facing)
+    about_x, about_y = np.moveaxis(_spline(layer.tilt)(times), -1, 0)
+    angles = np.stack([facing[..., 2], about_y, about_x], -1)
+    turns = Rotation.from_euler("ZYX", angles.reshape(-1, 3)).as_matrix()
+    in_space = turns.reshape(*np.shape(times), 3, 3)
+    in_space[..., :2] *= facing[..., None, 3:]
+    centre = (np.array(scene.size) - 1) / 2
+    in_space[..., :2, 2] = facing[..., :2] - centre
+    in_space[..., 2, :2] /= scene.focal
+    in_space[..., 2, 2] = 1
+    in_space[..., :2, :] += centre[:, None] * in_space[..., 2:, :]
+    return in_space
 
 
 def _seen(scene: Scene, region: Regions, times: ArrayLike) -> Regions:
@@ -280,7 +323,7 @@ def _background(
     It is kept, because it mostly stands still.
     """
     plane = _resized(name, zoom)[..., :3]
-    a = _texture_to_screen(np.array(screen), size)
+    a = _texture_to_screen(of_regions(screen), size)[:2]
     a[:, 2] -= a[:, :2] @ (np.array(plane.shape[1::-1]) - size) / 2
     mirrored = cv2.BORDER_REFLECT_101
     return cv2.warpAffine(plane, a, size, flags=cv2.INTER_LINEAR, borderMode=mirrored)
@@ -340,14 +383,14 @@ def _shuffled(rgb: Frame, k: int) -> Frame:
     return result
 
 
-def _texture_to_screen(region: Region, size: tuple[int, int]) -> Array:
-    """The affine map (2, 3) from a texture's pixels to the screen.
+def _texture_to_screen(homography: Array, size: tuple[int, int]) -> Array:
+    """The map (3, 3) from a texture's pixels to the screen.
 
-    The texture, of the size (w, h), fills the region (5,).
+    The texture, of the size (w, h), fills the image of the canonical square.
     """
     w, h = size
     canonical = np.array([[2 / w, 0, 1 / w - 1], [0, 2 / h, 1 / h - 1], [0, 0, 1]])
-    return warp_matrices(region) @ canonical
+    return homography @ canonical
 
 
 def _painting(scene: Scene, layer: Layer, t: float) -> tuple[tuple, NDArray]:
@@ -355,18 +398,21 @@ def _painting(scene: Scene, layer: Layer, t: float) -> tuple[tuple, NDArray]:
 
     These are (h, w, 4) float32, colours times opacity.
     """
-    region, rgba = regions(scene, layer, np.float64(t)), _shown(layer, t)
+    homography, rgba = homographies(scene, layer, np.float64(t)), _shown(layer, t)
     h, w = rgba.shape[0] - 2, rgba.shape[1] - 2
-    outline = corners(region)
+    outline = corners(homography)
     low = np.clip(np.floor(outline.min(0)).astype(int) - 1, 0, scene.size)
     high = np.clip(np.ceil(outline.max(0)).astype(int) + 2, low, scene.size)
     window = slice(low[1], high[1]), slice(low[0], high[0])
     size = int(high[0] - low[0]), int(high[1] - low[1])
     if min(size) == 0:
         return window, np.zeros((*size[::-1], 4), np.float32)
-    a = _texture_to_screen(region, (w, h))
-    a[:, 2] -= a[:, :2] @ [1, 1] + low  # the border of a pixel, and the part's corner
-    return window, cv2.warpAffine(rgba, a, size, flags=cv2.INTER_LINEAR)
+    a = _texture_to_screen(homography, (w, h))
+    a[:, 2] -= a[:, :2] @ [1, 1]  # the border of a pixel
+    a[:2] -= low[:, None] * a[2]  # the part's corner
+    if layer.tilt == FLAT:
+        return window, cv2.warpAffine(rgba, a[:2], size, flags=cv2.INTER_LINEAR)
+    return window, cv2.warpPerspective(rgba, a, size, flags=cv2.INTER_LINEAR)
 
 
 def _paint(image: NDArray, scene: Scene, layer: Layer, t: float) -> None:
@@ -395,6 +441,12 @@ def _visible(scene: Scene, t: float) -> float:
         window, part = _painting(scene, layer, t)
         opacity[window] *= 1 - part[..., 3]
     alpha = _shown(scene.target, t)[..., 3]
-    hx = regions(scene, scene.target, np.float64(t))[3]
-    zoom = 2 * hx / (alpha.shape[1] - 2)
-    return float(np.clip(opacity.sum() / (alpha.sum() * zoom**2), 0, 1))
+    outline = corners(homographies(scene, scene.target, np.float64(t)))
+    zoom2 = _area(outline) / np.prod(np.array(alpha.shape) - 2)
+    return float(np.clip(opacity.sum() / (alpha.sum() * zoom2), 0, 1))
+
+
+def _area(outline: Array) -> float:
+    """The area [px^2] of a quadrilateral with these corners (4, 2), in order."""
+    (x, y), (p, q) = outline[2] - outline[0], outline[3] - outline[1]
+    return float(abs(x * q - y * p) / 2)

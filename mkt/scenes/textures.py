@@ -17,6 +17,7 @@ from mkt.files import DataError, installed_file
 from mkt.types import NDArray
 
 OBJECTS = ("car", "astronaut", "badge", "cat", "cup", "motorcycle", "hopper")
+CUT_OUT = ("ring", "starfish")  # objects with a hole, and with limbs
 BACKGROUNDS = (
     "workshop",
     "table",
@@ -36,20 +37,20 @@ _FOLDERS = {
 
 
 class _Photograph(NamedTuple):
-    """A file of a package, or a part of it, which may be cut along an ellipse.
+    """A file of a package, or a part of it, which may be cut along an outline.
 
     Attributes
     ----------
     file : str
     part : (left, top, width, height) [px], optional
-    elliptic : bool
-        Cut along the inscribed ellipse.
+    outline : str
+        "whole", "ellipse", "ring" or "star".
     package : str
     """
 
     file: str
     part: tuple[int, int, int, int] | None = None
-    elliptic: bool = False
+    outline: str = "whole"
     package: str = "scikit-image"
 
 
@@ -57,9 +58,13 @@ _PHOTOGRAPHS = {
     "astronaut": _Photograph("astronaut.png", (165, 10, 130, 160)),
     "badge": _Photograph("astronaut.png", (110, 310, 160, 120)),
     "cat": _Photograph("chelsea.png", (110, 20, 260, 195)),
-    "cup": _Photograph("coffee.png", (146, 12, 320, 340), elliptic=True),
+    "cup": _Photograph("coffee.png", (146, 12, 320, 340), "ellipse"),
     "motorcycle": _Photograph("motorcycle_left.png", (150, 125, 390, 275)),
-    "hopper": _Photograph("grace_hopper.jpg", (175, 90, 170, 230), True, "matplotlib"),
+    "hopper": _Photograph(
+        "grace_hopper.jpg", (175, 90, 170, 230), "ellipse", "matplotlib"
+    ),
+    "ring": _Photograph("coffee.png", (146, 12, 320, 340), "ring"),
+    "starfish": _Photograph("astronaut.png", (110, 310, 160, 120), "star"),
     "workshop": _Photograph("motorcycle_right.png"),
     "table": _Photograph("coffee.png"),
     "launch pad": _Photograph("rocket.jpg"),
@@ -85,7 +90,7 @@ def texture(name: str) -> NDArray:
     Parameters
     ----------
     name : str
-        One of `OBJECTS` or `BACKGROUNDS`.
+        One of `OBJECTS`, `CUT_OUT` or `BACKGROUNDS`.
 
     Returns
     -------
@@ -116,8 +121,7 @@ def _photograph(name: str) -> NDArray:
         x, y, w, h = photograph.part
         rgb = rgb[y : y + h, x : x + w]
     h, w = rgb.shape[:2]
-    alpha = _ellipse(h, w) if photograph.elliptic else np.full((h, w), 255, np.uint8)
-    return np.dstack([rgb, alpha])
+    return np.dstack([rgb, _OUTLINES[photograph.outline](h, w)])
 
 
 def _pixels(photograph: _Photograph) -> NDArray:
@@ -144,6 +148,31 @@ def _ellipse(h: int, w: int) -> NDArray:
     centre = w // 2, h // 2
     axes = w // 2 - 1, h // 2 - 1
     return cv2.ellipse(mask, centre, axes, 0, 0, 360, 255, -1, cv2.LINE_AA)
+
+
+def _ring(h: int, w: int) -> NDArray:
+    """The ellipse without its inner part, seven tenths of its axes."""
+    mask, centre = _ellipse(h, w), (w // 2, h // 2)
+    inner = 7 * w // 20, 7 * h // 20
+    return cv2.ellipse(mask, centre, inner, 0, 0, 360, 0, -1, cv2.LINE_AA)
+
+
+def _star(h: int, w: int) -> NDArray:
+    """A star of five slender limbs that touch the ellipse."""
+    turns = np.pi * (np.arange(10) / 5 - 0.5)
+    reach = np.where(np.arange(10) % 2, 0.3, 1.0)[:, None]
+    directions = np.stack([np.cos(turns), np.sin(turns)], -1)
+    corners = np.array([w, h]) / 2 * (1 + reach * directions)
+    mask = np.zeros((h, w), np.uint8)
+    return cv2.fillPoly(mask, [np.rint(corners).astype(np.int32)], 255, cv2.LINE_AA)
+
+
+_OUTLINES = {
+    "whole": lambda h, w: np.full((h, w), 255, np.uint8),
+    "ellipse": _ellipse,
+    "ring": _ring,
+    "star": _star,
+}
 
 
 # The toy car from above, driving to the right: shapes in tenths of its width, painted

@@ -11,15 +11,15 @@ Explained in notebook 14.
 
 import hashlib
 import os
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from mkt.evaluation import scored_frames
 from mkt.files import DataError
-from mkt.sequences.formats import bobot, mot_main, otb, vot
+from mkt.sequences.formats import bobot, mot_ids, mot_main, mot_part, otb, vot
 from mkt.tracking import Sequence
 
 
@@ -103,15 +103,19 @@ class Found:
     ----------
     archive : Archive
     folder : path
+    target : int, optional
+        Of MOT: the id of the target, that with the most frames by default.
     """
 
     archive: Archive
     folder: Path
+    target: int | None = None
 
     @property
     def name(self) -> str:
-        """What it is called in tables, "BoBoT/..."."""
-        return f"{self.archive.name}/{self.folder.name}"
+        """What it is called in tables, "BoBoT/..." or "MOT15/...:id"."""
+        target = "" if self.target is None else f":{self.target}"
+        return f"{self.archive.name}/{self.folder.name}{target}"
 
     def sequence(self) -> Sequence:
         """The `Sequence`.
@@ -121,7 +125,17 @@ class Found:
         DataError
             Naming the file, the line and the remedy.
         """
-        return self.archive.reader(self.folder)
+        if self.target is None:
+            return self.archive.reader(self.folder)
+        return mot_part(self.folder, self.target)[0]
+
+    @property
+    def first(self) -> int:
+        """The first frame that is shown, in the whole sequence, counted from 0."""
+        if self.archive.reader is not mot_main:
+            return 0
+        target = mot_ids(self.folder)[0] if self.target is None else self.target
+        return mot_part(self.folder, target)[1]
 
     def identity(self) -> str:
         """Its name and fingerprint, the same wherever the folder lies."""
@@ -185,6 +199,34 @@ def sequences() -> list[Found]:
     ]
 
 
+def named(name: str) -> Found:
+    """The sequence of a name such as ``BoBoT/Vid_A``, or ``PETS09-S2L1:9`` of MOT.
+
+    The benchmark may be left out; behind the colon is the target's id.
+
+    Raises
+    ------
+    ValueError
+        For a name that is not there; DataError as `data_root` does.
+    """
+    name, _, target = name.partition(":")
+    there = sequences()
+    good = [one for one in there if name in (one.name, one.folder.name)]
+    if len(good) != 1:
+        names = ", ".join(one.name for one in there) or "none; set MKT_DATA"
+        raise ValueError(f"no sequence {name!r}; there are {names}")
+    [found] = good
+    if found.archive.reader is not mot_main:
+        if target:
+            raise ValueError(f"{name}: only targets of MOT have an id")
+        return found
+    ids = mot_ids(found.folder)
+    known = [str(number) for number in ids]
+    if target and target not in known:
+        raise ValueError(f"{name} has no target {target}; its ids: {', '.join(known)}")
+    return replace(found, target=int(target or ids[0]))
+
+
 def check(found: Found) -> str:
     """Open a sequence: its truth, the number of its frames, the first and the last one.
 
@@ -226,8 +268,8 @@ def check(found: Found) -> str:
     return words
 
 
-def usable() -> tuple[dict[Found, str], list[str]]:
-    """The sequences that pass `check`.
+def usable(chosen: Iterable[Found] = ()) -> tuple[dict[Found, str], list[str]]:
+    """The sequences that pass `check`, of those that are chosen or of all.
 
     Returns
     -------
@@ -238,7 +280,7 @@ def usable() -> tuple[dict[Found, str], list[str]]:
     """
     good: dict[Found, str] = {}
     troubles: list[str] = []
-    for found in sequences():
+    for found in list(chosen) or sequences():
         try:
             good[found] = check(found)
         except DataError as error:

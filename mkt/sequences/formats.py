@@ -24,6 +24,7 @@ Explained in notebook 03.
 
 import os
 import re
+from collections.abc import Sequence as Series
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,6 +37,7 @@ from mkt.sequences.video import Frames, ImageFolder, VideoFile
 from mkt.tracking import Sequence
 from mkt.types import Array, ArrayLike, NDArray, Regions
 
+Text = tuple[NDArray, Regions]  # the line of each row (T,), the regions (T, 5)
 _ONE_BASED = np.array([1.0, 1.0, 0.0, 0.0])
 _NO_TRUTH = ("source", "license", "readme")  # text files beside those with a truth
 
@@ -89,14 +91,19 @@ def bobot(folder: str | os.PathLike) -> Sequence:
     folder = existing_folder(folder)
     path = _only(folder, _truth_files(folder), "truth file .txt")
     frames = _bobot_frames(folder)
-    lines, rows = read_numbers(path, (4, 5), header=True)
-    if isinstance(frames, VideoFile) and len(frames) == len(rows) + 1:
+    lines, regions = bobot_regions(path, frames)
+    if isinstance(frames, VideoFile) and len(frames) == len(regions) + 1:
         frames = frames[:-1]
-    regions = from_box(_bobot_boxes(path, lines, rows, frames))
     source = "BoBoT (CC BY-SA 3.0 DE)"
     if _reconstructed(folder):
         source += ", reconstructed frames"
     return _sequence(folder, frames, regions, path, lines, source)
+
+
+def bobot_regions(path: Path, frames: Series) -> Text:
+    """Lines and regions of a text as BoBoT writes them, see `bobot`."""
+    lines, rows = read_numbers(path, (4, 5), header=True)
+    return lines, from_box(_bobot_boxes(path, lines, rows, frames))
 
 
 def _bobot_frames(folder: Path) -> Frames:
@@ -112,7 +119,7 @@ def _reconstructed(folder: Path) -> bool:
     return source.is_file() and "RECONSTRUCTED" in source.read_text("utf-8", "replace")
 
 
-def _bobot_boxes(path: Path, lines: NDArray, rows: Array, frames: Frames) -> Array:
+def _bobot_boxes(path: Path, lines: NDArray, rows: Array, frames: Series) -> Array:
     """Left, top, width, height [px] from any kind of rows: (T, 4)."""
     height, width = frames[0].shape[:2]
     size = np.array([width, height, width, height])
@@ -154,10 +161,15 @@ def otb(folder: str | os.PathLike) -> Sequence:
         Naming the file, the line and the remedy.
     """
     path = existing_folder(folder) / "groundtruth_rect.txt"
-    lines, boxes = read_numbers(path, (4,))
+    lines, regions = otb_regions(path)
     frames = ImageFolder(path.parent / "img")
-    regions = from_box(boxes - _ONE_BASED)
     return _sequence(folder, frames, regions, path, lines, "OTB")
+
+
+def otb_regions(path: Path) -> Text:
+    """Lines and regions of a text as OTB writes them, see `otb`."""
+    lines, boxes = read_numbers(path, (4,))
+    return lines, from_box(boxes - _ONE_BASED)
 
 
 def vot(folder: str | os.PathLike) -> Sequence:
@@ -177,6 +189,14 @@ def vot(folder: str | os.PathLike) -> Sequence:
     """
     folder = existing_folder(folder)
     path = folder / "groundtruth.txt"
+    lines, regions, rotated = vot_regions(path)
+    color = folder / "color"
+    frames = ImageFolder(color if color.is_dir() else folder)
+    return _sequence(folder, frames, regions, path, lines, "VOT", upright=not rotated)
+
+
+def vot_regions(path: Path) -> tuple[NDArray, Regions, bool]:
+    """Lines and regions of a text as VOT writes them, and whether those are rotated."""
     lines, rows = read_numbers(path, (4, 8))
     missing = np.isnan(rows)
     _refuse(
@@ -186,11 +206,9 @@ def vot(folder: str | os.PathLike) -> Sequence:
         "some of its numbers are NaN",
         "correct the row: a hidden target has NaN in all",
     )
-    rotated = rows.shape[1] == 8
-    regions = _from_polygons(rows.reshape(-1, 4, 2)) if rotated else from_box(rows)
-    color = folder / "color"
-    frames = ImageFolder(color if color.is_dir() else folder)
-    return _sequence(folder, frames, regions, path, lines, "VOT", upright=not rotated)
+    if rows.shape[1] == 4:
+        return lines, from_box(rows), False
+    return lines, _from_polygons(rows.reshape(-1, 4, 2)), True
 
 
 def _from_polygons(polygons: Array) -> Regions:
@@ -254,10 +272,8 @@ def mot(folder: str | os.PathLike, target: int) -> Sequence:
     )
 
 
-def mot_main(folder: str | os.PathLike) -> Sequence:
-    """The target of a MOT sequence that has the most annotated frames.
-
-    The sequence goes from its first frame to its last.
+def mot_ids(folder: str | os.PathLike) -> list[int]:
+    """The targets of a MOT sequence that are to be scored, the longest first.
 
     Parameters
     ----------
@@ -278,22 +294,47 @@ def mot_main(folder: str | os.PathLike) -> Sequence:
             "no target is to be scored",
             "download it again: each row's seventh number is 0",
         )
-    target = int(ids[counts.argmax()])
+    return ids[np.argsort(-counts, kind="stable")].astype(int).tolist()
+
+
+def mot_main(folder: str | os.PathLike) -> Sequence:
+    """The target of a MOT sequence that has the most annotated frames; see `mot`."""
+    return mot_part(folder, mot_ids(folder)[0])[0]
+
+
+def mot_part(folder: str | os.PathLike, target: int) -> tuple[Sequence, int]:
+    """One target of a MOT sequence, from the first frame that shows it to the last.
+
+    Parameters
+    ----------
+    folder, target
+        As for `mot`.
+
+    Returns
+    -------
+    clip : Sequence
+    first : int
+        Its first frame in the whole sequence, counted from 0.
+
+    Raises
+    ------
+    DataError
+        Naming the file, the line and the remedy.
+    """
     clip = mot(folder, target)
     seen = np.flatnonzero(clip.visibility > 0)
     if not seen.size:
         raise DataError(
-            path,
+            Path(folder) / "gt" / "gt.txt",
             f"the target {target} is never visible",
-            "choose another one with `mot`",
+            "choose another one",
         )
     part = slice(seen[0], seen[-1] + 1)
-    return replace(
-        clip,
-        frames=clip.frames[part],
-        truth=clip.truth[part],
-        visibility=clip.visibility[part],
+    frames, truth, visibility = (
+        whole[part] for whole in (clip.frames, clip.truth, clip.visibility)
     )
+    clip = replace(clip, frames=frames, truth=truth, visibility=visibility)
+    return clip, int(seen[0])
 
 
 def _mot_rows(folder: str | os.PathLike) -> tuple[Path, NDArray, Array]:

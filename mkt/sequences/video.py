@@ -24,6 +24,8 @@ from mkt.registry import natural
 from mkt.types import Frame, NDArray
 
 KEPT = 32  # frames: one slider's worth of scrubbing, 7 MB at 320x240
+ROOM = 5e7  # bytes that they may take where frames are large, 8 of 1920x1080
+FEWEST = 2
 IMAGES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
 FPS = 25.0  # of folders, and of files that do not say
 # A decoder asked by two threads at once takes the process down.  The same thread may
@@ -79,7 +81,8 @@ class Frames(Series):
     def _keep(self, index: int, frame: Frame) -> None:
         frame.flags.writeable = False  # everybody who asks for it gets the same array
         self._cache[index] = frame
-        if len(self._cache) > KEPT:
+        room = max(FEWEST, min(KEPT, int(ROOM / frame.nbytes)))
+        while len(self._cache) > room:
             self._cache.popitem(last=False)
 
     def _read(self, index: int) -> NDArray:

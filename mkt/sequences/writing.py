@@ -1,7 +1,13 @@
-"""Video files written by OpenCV, in formats that it reads again everywhere."""
+"""Video files written by OpenCV, in formats that it reads again everywhere.
+
+What a picture of 1920x1080 costs the writer, in ms of CPU on the machine on which this
+was measured: .webm 133, .avi 21, .mp4 15.  A browser plays .webm alone; a program that
+is killed leaves an .mp4 that cannot be read.
+"""
 
 import os
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -9,11 +15,13 @@ import cv2
 
 from mkt.types import Frame
 
-CODECS = {".webm": "VP80", ".mkv": "FFV1", ".avi": "MJPG"}
+CODECS = {".webm": "VP80", ".mkv": "FFV1", ".avi": "MJPG", ".mp4": "mp4v"}
 
 
 class Writer:
     """A video file that is open for writing.
+
+    A second thread packs one picture while the next one is made.
 
     Parameters
     ----------
@@ -23,18 +31,34 @@ class Writer:
 
     def __init__(self, path: str | os.PathLike, opened: cv2.VideoWriter):
         self._path, self._opened, self._frames = path, opened, 0
+        self._thread = ThreadPoolExecutor(1)
+        self._under_way: Future[bool] | None = None
 
     def write(self, picture: Frame) -> None:
-        """Write the next picture (H, W, 3) uint8 BGR.  Raises OSError without room.
+        """Write the next picture (H, W, 3) uint8 BGR, which must not change any more.
 
-        That may come late: the encoder holds some pictures back.
+        Raises OSError without room.  That may come late: the thread has one picture
+        under way, and the encoder holds some back.
         """
-        if not self._opened.write(picture):
+        self.settle()
+        self._under_way = self._thread.submit(self._opened.write, picture)
+
+    def settle(self) -> None:
+        """Wait until all pictures were handed on.  Raises OSError without room."""
+        under_way, self._under_way = self._under_way, None
+        if under_way is None:
+            return
+        if not under_way.result():
             raise OSError(
                 f"{self._path}: frame {self._frames} could not be written; "
                 "make room there, or choose another place"
             )
         self._frames += 1
+
+    def close(self) -> None:
+        """End the thread, then the file."""
+        self._thread.shutdown()
+        self._opened.release()
 
 
 @contextmanager
@@ -64,10 +88,12 @@ def video_writer(
         raise OSError(
             f"{path}: cannot be written; is the folder writable, and is there room?"
         )
+    opened = Writer(path, writer)
     try:
-        yield Writer(path, writer)
+        yield opened
+        opened.settle()
     finally:
-        writer.release()
+        opened.close()
 
 
 @contextmanager

@@ -2,5 +2,5 @@
 
 In reading order: image features (`features`), the control law (`law`), the target's own
 motion (`self_motion`), the loop's poles (`poles`), a simulated robot (`robot`), and the
-loop through them all (`loop`).
+loop through them all (`loop`); and what a whole plane tells (`planes`).
 """

@@ -19,6 +19,7 @@ from mkt.kernels import Kernels
 from mkt.particles import (
     SCHEMES,
     Motion,
+    MotionModel,
     Particles,
     covariance,
     effective_sample_size,
@@ -48,7 +49,7 @@ class ParticleFilter:
         Nine constant tiles, or any other.
     lam, combine
         See `mkt.histograms.log_likelihood`.
-    motion : Motion
+    motion : MotionModel
         The prediction.
     scheme : str
         How to resample, one of `mkt.particles.SCHEMES`.
@@ -67,7 +68,7 @@ class ParticleFilter:
     kernels: Kernels = Kernels("tiles", "uniform")  # printed, Section IV-B
     lam: float = 20.0  # printed, Section IV-B
     combine: str = "sum"  # ours: (5) is not legible, and the mean is too flat
-    motion: Motion = Motion()
+    motion: MotionModel = Motion()
     scheme: str = "multinomial"  # "random weighted draw"
     bins: Bins = ColorBins()
     lost_above: float = 0.65

@@ -27,8 +27,10 @@ from scipy.sparse import csc_matrix
 from mkt import checks
 from mkt.checks import checked_region
 from mkt.colors import BinImage, Bins, ColorBins
-from mkt.histograms import Target, coefficient, distance, learn, sample
+from mkt.histograms import Target, coefficient, distance, learn, sample, turned
+from mkt.homographies import angles
 from mkt.kernels import Kernels
+from mkt.regions import HX, HY, THETA
 from mkt.tracking import Info, report
 from mkt.types import Array, Frame, NDArray, Region, Rng
 
@@ -85,7 +87,7 @@ def count(target: Target, labels: NDArray, columns: Array) -> Array:
     Parameters
     ----------
     target : Target
-    labels : (n,) array
+    labels : (n,) or (L, n) array
         Bins, of `mkt.histograms.sample`.
     columns : (P, k) array
         Weights for the pairs of a `Template`.
@@ -95,27 +97,51 @@ def count(target: Target, labels: NDArray, columns: Array) -> Array:
     (J, m, k) array
     """
     pairs, m = template(target.kernels), target.m
-    membership = _membership(get_ident(), len(pairs.sample), len(target.q) * (m + 1))
-    membership.indices = labels[pairs.sample] + _offsets(target.kernels, m)
+    layers = labels.size // len(target.kernels.points)
+    shape = len(target.q) * (m + 1), len(pairs.sample)
+    membership = _membership(get_ident(), layers, shape)
+    rows = np.atleast_2d(labels).T[pairs.sample] + _offsets(target.kernels, m)
+    membership.indices = rows.ravel()
     return (membership @ columns).reshape(len(target.q), m + 1, -1)[:, :m]
 
 
 @lru_cache(maxsize=64)
-def _membership(_thread, pairs: int, rows: int) -> csc_matrix:
-    """A matrix with one 1 in each column, whose row numbers `count` exchanges."""
-    start = np.arange(pairs + 1, dtype=np.int32)
-    somewhere = np.zeros(pairs, np.int32)
-    return csc_matrix((np.ones(pairs), somewhere, start), shape=(rows, pairs))
+def _membership(_thread, layers: int, shape: tuple[int, int]) -> csc_matrix:
+    """A matrix with `layers` ones in a column, whose row numbers `count` exchanges."""
+    size = layers * shape[1]
+    start = np.arange(0, size + 1, layers, dtype=np.int32)
+    return csc_matrix((np.ones(size), np.zeros(size, np.int32), start), shape=shape)
 
 
 @lru_cache(maxsize=64)
 def _offsets(kernels: Kernels, m: int) -> NDArray:
-    """Where the bins of each pair's kernel begin, (P,)."""
-    return ((m + 1) * template(kernels).kernel).astype(np.int32)
+    """Where the bins of each pair's kernel begin, (P, 1)."""
+    return ((m + 1) * template(kernels).kernel).astype(np.int32)[:, None]
+
+
+def _counts(target: Target, image: BinImage, region: Region, columns: Array) -> Array:
+    """`count` in a region (5,) of an image, for columns of a `Template`.
+
+    Each bin times its share, directions from the region's own axis.  That they turn
+    with the region is a further derivative by theta.
+    """
+    counts = count(target, sample(image, target.kernels, region), columns)
+    if image.shares is not None:
+        counts = counts * image.shares[:, None]
+    for first, n in image.compasses:
+        byside = np.moveaxis(counts, -1, 0)[None]
+        slope = turned(byside, angles(region[None]), (first, n))
+        if columns.shape[1] > 1:
+            counts[:, first : first + n, 1 + THETA] += slope[0, 0]
+    return counts
 
 
 def differentiate(
-    target: Target, image: BinImage, region: Region, derivative_of_c: bool = True
+    target: Target,
+    image: BinImage,
+    region: Array,
+    derivative_of_c: bool = True,
+    columns: Array | None = None,
 ) -> tuple[Array, Array]:
     """Histograms at a region and their derivatives by (tau_x, tau_y, theta, log s).
 
@@ -129,14 +155,18 @@ def differentiate(
     region : (5,) array [px, rad]
     derivative_of_c : bool
         False leaves it out, as a literal reading might.
+    columns : (P, 1 + k) array, optional
+        Weights and slopes under another motion, for the pairs of the `Template`.  The
+        region may then be a homography, see `mkt.trackers.homography`.
 
     Returns
     -------
     q : (J, m) array
-    dq : (J, m, 4) array
+    dq : (J, m, 4) array, or (J, m, k)
     """
-    labels = sample(image, target.kernels, region)
-    counts = count(target, labels, template(target.kernels).columns)
+    if columns is None:
+        columns = template(target.kernels).columns
+    counts = _counts(target, image, region, columns)
     total = np.maximum(counts[..., 0].sum(-1), EMPTY)
     normalised = counts / total[:, None, None]
     q, dq = normalised[..., 0], normalised[..., 1:]
@@ -145,14 +175,52 @@ def differentiate(
     return q, dq
 
 
+class Prior(NamedTuple):
+    """What is known of the region before the frame is looked at: a term of O(x).
+
+    To the sum of squares comes ``sum_i lambda_i (x_i - x_i*)^2``: with O as minus the
+    logarithm of a likelihood, its minimum is the most probable region a posteriori
+    (MAP), and the step is that of Levenberg, whose damping pulls to a place.
+
+    Attributes
+    ----------
+    region : (5,) array [px, rad]
+        The most probable one, x*.
+    weights : (4,) array
+        lambda for tau_x, tau_y, theta and log s, in object units and radians; infinite
+        for a component that must not change.
+    """
+
+    region: Region
+    weights: Array
+
+    def off(self, regions: Array) -> Array:
+        """The offsets x - x* of regions (..., 5), in their own frames: (..., 4)."""
+        cx, cy, theta, hx, hy = self.region
+        dx, dy = np.moveaxis(regions[..., :2] - (cx, cy), -1, 0) / sqrt(hx * hy)
+        s, c = np.sin(regions[..., THETA]), np.cos(regions[..., THETA])
+        growth = 0.5 * np.log(regions[..., HX] * regions[..., HY] / (hx * hy))
+        turn = regions[..., THETA] - theta
+        return np.stack([c * dx + s * dy, c * dy - s * dx, turn, growth], -1)
+
+    def cost(self, regions: Array) -> Array:
+        """The term itself at regions (..., 5), without what must not change: (...)."""
+        weights = np.where(np.isfinite(self.weights), self.weights, 0)
+        return self.off(regions) ** 2 @ weights
+
+
 def newton_step(
-    q: Array, dq: Array, reference: Array, trust: Array | None = None
+    q: Array,
+    dq: Array,
+    reference: Array,
+    trust: Array | None = None,
+    pull: tuple[Array, Array] | None = None,
 ) -> Array:
     """Delta x = -2 J_U^+ e, (9): the Gauss-Newton step.
 
-    Its components are (tau_x, tau_y, theta, log s).  Rows of empty bins are zero;
-    directions without curvature, such as the orientation under one round kernel, get no
-    step.
+    Its components are those of dq: (tau_x, tau_y, theta, log s), or more.  Rows of
+    empty bins are zero; directions without curvature, such as the orientation under one
+    round kernel, get no step.
 
     Parameters
     ----------
@@ -161,6 +229,9 @@ def newton_step(
         Of `differentiate`.
     trust : (J,) array, optional
         Weights of the kernels in the sum of squares; all equal by default.
+    pull : (lambda, x - x*), two (4,) arrays, optional
+        Of a `Prior`.  With J = J_U / 2, the derivative of e, the step solves
+        (J^T J + diag(lambda)) Delta x = -(J^T e + lambda (x - x*)).
 
     Returns
     -------
@@ -168,15 +239,21 @@ def newton_step(
     """
     seen = np.flatnonzero(q > EMPTY)
     root = np.sqrt(q.ravel()[seen])
-    jacobian = dq.reshape(-1, 4)[seen] / root[:, None]
+    jacobian = dq.reshape(-1, dq.shape[-1])[seen] / root[:, None]
     error = root - np.sqrt(reference.ravel()[seen])
     weighted = jacobian
     if trust is not None:
         weighted = jacobian * trust[seen // q.shape[1], None]
-    curvature, directions = np.linalg.eigh(weighted.T @ jacobian)
+    normal, slope = weighted.T @ jacobian, error @ weighted
+    if pull is not None:
+        known = np.isfinite(pull[0])
+        weights = np.where(known, pull[0], 0)
+        normal = normal * np.outer(known, known) + np.diag(4 * weights)
+        slope = slope * known + 2 * weights * pull[1]
+    curvature, directions = np.linalg.eigh(normal)
     flat = np.searchsorted(curvature, FLAT * curvature[-1], side="right")
     directions, curvature = directions[:, flat:], curvature[flat:]
-    return -2 * directions @ (directions.T @ (error @ weighted) / curvature)
+    return -2 * directions @ (directions.T @ slope / curvature)
 
 
 def moved(region: Region, step: Array) -> Region:
@@ -223,6 +300,7 @@ def minimise(
     iterations: int,
     derivative_of_c: bool = True,
     robust: bool = False,
+    prior: Prior | None = None,
 ) -> tuple[Region, int]:
     """Repeat the step until it is shorter than `SHORT`.
 
@@ -238,6 +316,8 @@ def minimise(
     robust : bool
         Trust each kernel by its likeness, rho_j^8, so that hidden parts of the object
         do not pull.
+    prior : Prior, optional
+        A further term of O(x).
 
     Returns
     -------
@@ -252,7 +332,8 @@ def minimise(
     while steps < iterations and not short:
         q, dq = differentiate(target, image, region, derivative_of_c)
         trust = coefficient(q, target.q) ** TRUST if robust else None
-        step = newton_step(q, dq, target.q, trust)
+        pull = None if prior is None else (prior.weights, prior.off(region))
+        step = newton_step(q, dq, target.q, trust, pull)
         region = moved(region, step)
         short = np.abs(step).max() < SHORT
         steps += 1
@@ -261,10 +342,11 @@ def minimise(
 
 def distance_at(target: Target, image: BinImage, region: Region) -> float:
     """d_m at one region (5,), counted as the optimiser counts, for its speed."""
-    labels = sample(image, target.kernels, region)
-    counts = count(target, labels, template(target.kernels).columns[:, :1])[..., 0]
+    columns = template(target.kernels).columns[:, :1]
+    counts = _counts(target, image, region, columns)[..., 0]
     q = counts / np.maximum(counts.sum(-1, keepdims=True), EMPTY)
-    return float(distance(coefficient(q, target.q), axis=-1))
+    rho = coefficient(q, target.q)
+    return float(distance(rho if target.learnt is None else rho[target.learnt], -1))
 
 
 class SSDState(NamedTuple):

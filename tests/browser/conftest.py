@@ -5,6 +5,7 @@ Without one they skip.
 
 import os
 import shutil
+from contextlib import contextmanager
 
 import pytest
 from playwright.sync_api import Error, sync_playwright
@@ -21,19 +22,32 @@ NONE = (
 
 # Not longer than a file: its event loop would keep the book's from running.
 @pytest.fixture(scope="module")
-def browser():
-    """A running Chromium."""
+def driver():
+    """Playwright."""
+    with sync_playwright() as playwright:
+        yield playwright
+
+
+@contextmanager
+def launched(driver, *arguments):
+    """A running Chromium with some arguments of the command line."""
     found = next(filter(None, map(shutil.which, NAMES)), None)
     root = hasattr(os, "getuid") and os.getuid() == 0
-    with sync_playwright() as playwright:
-        try:
-            running = playwright.chromium.launch(
-                executable_path=found, args=["--no-sandbox"] if root else []
-            )
-        except Error as error:
-            pytest.skip(f"{NONE} ({str(error).splitlines()[0]})")
+    try:
+        running = driver.chromium.launch(
+            executable_path=found, args=[*arguments, *["--no-sandbox"] * root]
+        )
+    except Error as error:
+        pytest.skip(f"{NONE} ({str(error).splitlines()[0]})")
+    yield running
+    running.close()
+
+
+@pytest.fixture(scope="module")
+def browser(driver):
+    """A running Chromium."""
+    with launched(driver) as running:
         yield running
-        running.close()
 
 
 @pytest.fixture(scope="session")

@@ -198,7 +198,7 @@ class Slider(Control):
     """Moved one step by the keyboard, and back by the mouse."""
 
     def position(self):
-        """The number of the step it stands at."""
+        """The number it stands at."""
         return self._now("now")
 
     def step(self):
@@ -213,7 +213,8 @@ class Slider(Control):
         """
         way = self._box.locator(".noUi-base")
         size = way.bounding_box()
-        x = position / self._now("max") * (size["width"] - 1)
+        low, high = self._now("min"), self._now("max")
+        x = (position - low) / (high - low) * (size["width"] - 1)
         way.click(position={"x": x, "y": size["height"] / 2}, force=True)
         while (now := self.position()) != position:
             self._handle.press("ArrowLeft" if now > position else "ArrowRight")
@@ -223,7 +224,7 @@ class Slider(Control):
         return self._box.locator("[role=slider]")
 
     def _now(self, which):
-        return round(float(self._handle.get_attribute(f"aria-value{which}")))
+        return float(self._handle.get_attribute(f"aria-value{which}"))
 
 
 class Choice(Control):

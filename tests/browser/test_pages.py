@@ -21,6 +21,7 @@ REFERENCE = [
     "leaderboard",
     "symbols",
     "tasks",
+    "track",
     "genindex",
     "search",
     "api/index",
@@ -137,10 +138,10 @@ def test_every_choice_changes_the_picture_and_reset_brings_it_back(chapter):
 
 
 def controls(opened, kind):
-    """Every control of a kind with the figure that it belongs to."""
+    """Every control of a kind with the drawn figure that it belongs to."""
     return [
         (panel, control)
-        for panel in opened.page.locator(".mkt-panel").all()
+        for panel in opened.page.locator(".mkt-panel:not(.mkt-soon)").all()
         for control in panel.locator(kind).all()
     ]
 

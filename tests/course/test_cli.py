@@ -1,11 +1,13 @@
 """The command line: help without a package, mistakes answered in a sentence."""
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 from types import SimpleNamespace
 
+import nbformat
 import pytest
 
 from mkt import files
@@ -95,15 +97,90 @@ def test_arguments_after_test_and_lab_are_handed_on_in_order():
     assert cli.parse(["lab", "--no-browser"]).rest == ["--no-browser"]
 
 
-def test_jupyterlab_is_opened_on_the_notebooks_with_our_settings(monkeypatch):
+@pytest.fixture
+def jupyterlab(monkeypatch):
+    """The words that JupyterLab is opened with; git hears nothing."""
     given = []
     made_up = SimpleNamespace(main=given.extend)
     monkeypatch.setitem(sys.modules, "jupyterlab.labapp", made_up)
+    monkeypatch.setattr(lab, "_tell_git", lambda: None)
+    monkeypatch.setattr(lab.os, "geteuid", lambda: 1000, raising=False)
+    return given
+
+
+def test_jupyterlab_is_opened_on_the_chapters_with_our_settings(jupyterlab):
     assert run("lab", "--no-browser") == 0
-    assert given[0] == f"--ServerApp.root_dir={ROOT / 'notebooks'}"
-    assert given[1].startswith("--LabApp.app_settings_dir=")
-    assert given[2:] == ["--no-browser"]
+    assert jupyterlab[0] == f"--ServerApp.root_dir={ROOT / 'notebooks'}"
+    assert jupyterlab[1].startswith("--LabApp.app_settings_dir=")
+    assert jupyterlab[2:] == [
+        "--LabApp.default_url=/lab/tree/01_color_histograms.ipynb",
+        "--no-browser",
+    ]
     assert list(lab.SETTINGS.glob("*.json"))
+
+
+def test_root_is_told_what_to_do(jupyterlab, monkeypatch):
+    monkeypatch.setattr(lab.os, "geteuid", lambda: 0, raising=False)
+    with pytest.raises(SystemExit, match="in a container of your own add --allow-root"):
+        run("lab")
+    assert run("lab", "--allow-root") == 0 and jupyterlab[-1] == "--allow-root"
+
+
+def test_where_nothing_can_be_written_work_is_done_on_copies(
+    jupyterlab, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(lab.os, "access", lambda *_: False)
+    monkeypatch.setattr(lab.Path, "home", lambda: tmp_path)
+    own = tmp_path / "mkt-notebooks"
+    for _ in range(2):  # the second time there is work in one
+        run("lab")
+        assert f"--ServerApp.root_dir={own}" in jupyterlab
+        there = {path.name for path in lab.NOTEBOOKS.glob("*.ipynb")}
+        assert {path.name for path in own.glob("*.ipynb")} == there
+        (own / lab.FIRST).write_text("work")
+    assert (own / lab.FIRST).read_text() == "work"
+
+
+def test_a_chapter_that_was_run_is_no_change_for_git(tmp_path, monkeypatch):
+    name = "notebooks/02_cost_surfaces.ipynb"
+    for path in (name, ".gitattributes"):
+        (tmp_path / path).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / path, tmp_path / path)
+
+    def git(*words):
+        known = ["git", "-c", "user.name=a", "-c", "user.email=a@b", "-C", tmp_path]
+        variables = os.environ | {"PYTHONPATH": str(ROOT)}
+        done = subprocess.run(
+            [*known, *words], env=variables, capture_output=True, text=True, check=True
+        )
+        return done.stdout
+
+    git("init", "-q")
+    monkeypatch.setattr(lab, "ROOT", tmp_path)
+    lab._tell_git()
+    git("add", ".")
+    git("commit", "-qm", "first")
+    notebook = nbformat.read(tmp_path / name, 4)
+    code = next(cell for cell in notebook.cells if cell.cell_type == "code")
+    code.execution_count = 7
+    code.outputs = [nbformat.v4.new_output("stream", text="words")]
+    notebook.metadata.language_info.version = "3.99"
+    nbformat.write(notebook, tmp_path / name)
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    lab._tell_git()  # as at the end of a session
+    assert git("diff") == git("diff", "--cached") == git("status", "--short") == ""
+    code.source += "\n# a thought"
+    nbformat.write(notebook, tmp_path / name)
+    lab._tell_git()
+    assert "a thought" in git("diff") and git("diff", "--cached") == ""
+
+
+def test_notebooks_are_stored_as_they_are_written():
+    """Or opening and saving one would be a change."""
+    for path in sorted((ROOT / "notebooks").rglob("[0-9l]*.ipynb")):
+        if "handout" not in path.parts and ".ipynb_checkpoints" not in path.parts:
+            text = path.read_text(encoding="utf-8")
+            assert nbformat.writes(nbformat.reads(text, 4)) == text.rstrip("\n"), path
 
 
 @pytest.mark.parametrize(
@@ -276,7 +353,7 @@ def broken(error):
     def run(args):
         raise error
 
-    return SimpleNamespace(command="figure", run=run)
+    return SimpleNamespace(command="figure", run=run, clone=False)
 
 
 def test_a_fault_of_ours_is_a_sentence_and_a_log(tmp_path, monkeypatch):

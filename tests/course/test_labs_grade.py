@@ -5,7 +5,6 @@ import json
 import nbformat
 import pytest
 
-from mkt.course import cli
 from mkt.course.labs import grading
 from tests.course.toy_lab import GOOD, answer, graded, hand_in, meta, rows
 
@@ -112,11 +111,7 @@ def test_a_submission_cannot_pass_a_check_under_another_cells_name(toy):
 def test_grade_says_so_when_there_is_nothing_to_grade(toy):
     (toy / "nothing").mkdir()
     with pytest.raises(SystemExit, match="no notebooks in there"):
-        cli.run(
-            cli.parse(
-                ["labs", "grade", str(toy / "nothing"), "-o", str(toy / "grades.csv")]
-            )
-        )
+        graded(toy / "nothing", toy / "grades.csv")
     assert not (toy / "grades.csv").exists()
 
 
@@ -128,7 +123,7 @@ def test_grade_says_so_when_there_is_nothing_to_grade(toy):
             "grades.csv",
             "is there already, and no table of marks",
         ),
-        ("submitted", "no/x.csv", "there is no folder .*no; make it"),
+        ("submitted", "no/x.csv", "no folder .*no for x.csv; make it"),
         ("no", "x.csv", "there is no such folder"),
         ("submitted/ada/toy.ipynb", "x.csv", "this is a file; give the folder"),
     ],

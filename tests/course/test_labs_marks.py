@@ -61,7 +61,7 @@ def test_what_is_no_number_of_points_is_refused(grades, text):
 def test_a_second_run_keeps_what_was_typed_and_grades_only_what_is_new(grades, toy):
     typed(grades, "3")
     hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer())
-    cli.run(cli.parse(["labs", "grade", str(toy / "submitted"), "-o", str(grades)]))
+    graded(toy / "submitted", grades)
     totals = {row["student"]: row["total"] for row in table.read(grades)}
     assert totals == {"ada": "4", "bob": "0"}
 

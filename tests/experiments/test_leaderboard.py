@@ -241,7 +241,7 @@ def test_every_synthetic_sequence_can_be_tracked():
 def test_the_command_prints_and_writes(
     ending, benchmarks, tmp_path, capsys, monkeypatch
 ):
-    def made_up(names, seeds):
+    def made_up(names, seeds, on=()):
         rows = table(*(row(n, "a", k, 0.5) for n in names for k in seeds))
         return [Board("BoBoT", "Data.", rows, "source")], ["x.txt: bad"]
 
@@ -263,7 +263,7 @@ def test_the_command_prints_and_writes(
     [
         (["nope"], "no tracker 'nope'; there are pf-1"),
         (["ssd", "-o", "x.txt"], "ends in .csv or .md"),
-        (["ssd", "-o", "no/such/x.csv"], "in a folder that exists"),
+        (["ssd", "-o", "no/such/x.csv"], "no folder no/such for x.csv"),
     ],
 )
 def test_a_wrong_bench_is_answered_in_a_sentence(words, said):

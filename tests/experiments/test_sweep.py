@@ -16,6 +16,7 @@ from mkt.experiments.sweep import Job, jobs, sweep
 from mkt.experiments.timing import Clocked
 from mkt.files import ROOT
 from mkt.scenes.drawn import Drawn, drawn
+from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
 from mkt.tracking import Sequence
 
@@ -101,6 +102,7 @@ KILLED = """
 import os, sys
 from mkt.experiments import sweep as sweeps
 from mkt.scenes.drawn import Drawn
+from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
 def run(job):
     if job.seed == 3:
@@ -173,3 +175,10 @@ def test_reading_frames_is_not_on_the_trackers_clock():
 
     frames = Clocked(Busy())
     assert list(frames) == [3.0, 4.0] and len(frames) == 2 and frames.seconds > 0
+
+
+def test_parameters_are_columns_nan_where_a_tracker_has_none(done, kept):
+    both = jobs({"few": ParticleFilter(n=5), "ssd": TWO}, [Drawn("base")])
+    rows = sweep(both, processes=1, parameters=["n", "iterations"])
+    assert rows["n"].tolist()[0] == 5 and np.isnan(rows["n"].tolist()[1])
+    assert np.isnan(rows["iterations"][0]) and rows["iterations"][1] == 2

@@ -10,7 +10,7 @@ from PIL import Image, PdfParser
 
 import mkt
 from mkt.figures import export
-from mkt.figures.registry import FIGURES, Shown, grid_columns
+from mkt.figures.registry import FIGURES, Shown, figure, grid_columns, shown
 
 FIGURE = "teuliere2009.fig2"
 FACTS = (
@@ -110,3 +110,18 @@ def test_what_cannot_be_written_is_said_before_anything_is_drawn(tmp_path):
         FileNotFoundError, match="no folder .*missing for x.png; make it first"
     ):
         export.write(None, tmp_path / "missing" / "x.png", {})
+
+
+def test_a_figure_with_a_slider_of_frames_becomes_a_moving_picture(tmp_path):
+    @figure("toy.moving", size=(2, 1), frame=(0, 8, 1))
+    def moving(fig, *, frame=0, to=0):
+        """A line that rises."""
+        fig.subplots().plot([0, 1], [to, frame])
+        return shown({"x": [0, 1]})
+
+    export.write(FIGURES["toy.moving"], tmp_path / "x.gif", {"to": 3})
+    with Image.open(tmp_path / "x.gif") as film:
+        assert film.n_frames == 5  # every second one
+    with pytest.raises(ValueError, match="no slider 'frame', over which a .gif could"):
+        export.write(FIGURES["teuliere2009.fig2"], tmp_path / "y.gif", {})
+    assert not (tmp_path / "y.gif").exists()

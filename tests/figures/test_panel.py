@@ -14,6 +14,7 @@ from mkt.figures import explore, show
 from mkt.figures import panel as panels
 from mkt.figures import static_panel as page
 from mkt.figures.registry import FIGURES, figure, listener, shown
+from mkt.figures.tooltips import WORDS
 from mkt.scenes.drawn import Drawn
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.tracking import track
@@ -72,6 +73,29 @@ def test_the_picture_follows_a_slider_and_comes_back():
     assert (panel.values["slope"], panel.shown["rise"]) == (7, 7)
     slider.value = 1
     assert panel._image.value == first
+
+
+@pytest.mark.parametrize("typed, counts", [(7, 7), (7.25, 7.25), (99, 20)])
+def test_a_number_that_is_typed_beside_a_slider_counts(typed, counts):
+    @figure("toy.typed", size=(3, 2), slope=(0.0, 20.0, 0.5))
+    def line(fig, *, slope=1.0):
+        """A line."""
+        return shown({"x": [0, 1]}, rise=slope)
+
+    panel = explore("toy.typed")
+    panel._controls["slope"].value = typed  # as its read-out sends it
+    assert panel.shown["rise"] == panel.values["slope"] == counts
+
+
+def test_every_control_of_every_figure_says_in_words_what_it_does():
+    unknown = {
+        name
+        for entry in FIGURES.values()
+        for name in entry.sliders
+        if not entry.name.startswith("toy.") and name not in WORDS
+    }
+    assert not unknown
+    assert explore("own.newton")._controls["dx"].tooltip == WORDS["dx"]
 
 
 def test_reset_shows_the_beginning_and_nothing_in_between(toy):

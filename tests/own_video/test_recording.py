@@ -208,8 +208,8 @@ MISTAKES = [
         "lies outside the image; choose a box inside it",
     ),
     (
-        (*WITH_BOX, "-o", "x.mp4"),
-        "-o x.mp4: cannot write .mp4; choose one of .webm, .mkv, .avi",
+        (*WITH_BOX, "-o", "x.gif"),
+        "-o x.gif: cannot write .gif; choose one of .webm, .mkv, .avi",
     ),
     ((*WITH_BOX, "-o", "x"), "cannot write a file without an extension"),
     (
@@ -419,3 +419,68 @@ def test_files_are_closed_when_something_breaks(tmp_path):
     with pytest.raises(ZeroDivisionError):
         record(broken, 9, tmp_path / "x.avi")
     assert len(VideoFile(tmp_path / "x.avi")) == len(table(tmp_path / "x.csv")) == 5
+
+
+@pytest.mark.parametrize("ending", [".csv", ".txt"])
+def test_a_table_alone_says_what_the_one_beside_a_film_says(
+    ending, file, box, tmp_path
+):
+    words = (file, "--box", box, "--tracker", "ssd")
+    run(*words, "-o", tmp_path / "film.mkv")
+    run(*words, "-o", tmp_path / f"alone{ending}")
+    names = {path.name for path in tmp_path.glob("alone*")}
+    assert names == {f"alone{ending}", "alone.json"}
+    rows = table(tmp_path / "film.csv")
+    if ending == ".csv":
+        assert table(tmp_path / "alone.csv") == rows
+        return
+    mot = np.loadtxt(tmp_path / "alone.txt", delimiter=",")
+    assert mot.shape == (LENGTH, 10) and mot[:, 0].tolist() == [*range(1, LENGTH + 1)]
+    boxes = to_box(regions_in(rows))
+    assert np.allclose(mot[:, 2:6], boxes + [1, 1, 0, 0], atol=2e-3)
+
+
+def test_a_part_is_tracked_by_the_numbers_of_its_frames(file, clip, tmp_path):
+    region = clip.truth[2]
+    x, y, w, h = to_box([*region[:2], 0.0, *region[3:]])
+    box = f"{x:g},{y:g},{w:g},{h:g},{np.degrees(region[2]):g}"
+    part = ("--from", 2, "--to", 6, "--every", 2)
+    run(file, "--box", box, *part, "--tracker", "ssd", "-o", tmp_path / "a.mkv")
+    rows = table(tmp_path / "a.csv")
+    assert [row["frame"] for row in rows] == ["2", "4", "6"]
+    assert len(VideoFile(tmp_path / "a.mkv")) == 3
+    assert overlap(regions_in(rows), clip.truth[[2, 4, 6]]).min() > 0.7
+    again = ("--settings", tmp_path / "a.json", "-o", tmp_path / "b.csv")
+    run(*again)
+    assert table(tmp_path / "b.csv") == rows
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (("--from", 9), "frames 9 to 7: car.mkv has 0 to 7"),
+        (("--to", 8), "frames 0 to 8: car.mkv has 0 to 7"),
+        (("--from", 3, "--to", 2), "frames 3 to 2: car.mkv has 0 to 7"),
+    ],
+)
+def test_frames_that_are_not_there_are_refused(words, said, file, box, tmp_path):
+    with pytest.raises(SystemExit, match=said):
+        run(file, "--box", box, *words, "-o", tmp_path / "a.csv")
+    assert not [*tmp_path.iterdir()]
+
+
+def test_settings_of_before_there_were_parts_are_of_the_whole(file, box, tmp_path):
+    run(file, "--box", box, "--tracker", "ssd", "-o", tmp_path / "a.csv")
+    path = tmp_path / "a.json"
+    values = json.loads(path.read_text())
+    for name in ("first", "last", "every"):
+        del values[name]
+    path.write_text(json.dumps(values))
+    run("--settings", path, "-o", tmp_path / "b.csv")
+    assert table(tmp_path / "b.csv") == table(tmp_path / "a.csv")
+
+
+def test_a_second_box_is_told_where_several_objects_are(file, box, capsys):
+    with pytest.raises(SystemExit):
+        run(file, "--box", box, "--box", box)
+    assert "RESEARCH.md has ten lines for several" in capsys.readouterr().err

@@ -102,7 +102,7 @@ def test_a_video_in_the_folder_is_offered_and_shown(car):
     shown = cv2.imdecode(np.frombuffer(panel.picker.frame, np.uint8), 1)[..., ::-1]
     assert np.array_equal(shown, VideoFile(car)[0])
     assert "12 frames of 160x120 px" in note(panel)
-    assert panel.settings.box == (53, 40, 53, 40, 0)
+    assert panel.picker.box == [0, 0, 0, 0, 0]  # none, before it is drawn
 
 
 def test_a_video_that_came_later_is_found_by_the_round_arrow(place):
@@ -159,6 +159,26 @@ def test_each_tracker_offers_its_numbers_and_takes_them(name, panel):
 
 
 # Running
+
+
+@pytest.mark.parametrize("name", by_name.TRACKERS)
+def test_each_number_says_in_words_what_it_is(name, panel):
+    panel.method.tracker.value = name
+    for field in panel.method._fields.children:
+        assert " " in field.tooltip, (name, field.description)
+
+
+def test_nothing_is_in_the_box_before_the_first_drag(panel):
+    panel.picker.set_state({"box": [0, 0, 0, 0, 0]})
+    press(panel.track, panel)
+    assert "there is no box yet; draw one round the target" in note(panel)
+
+
+@pytest.mark.parametrize("quoted", ['"{}"', "'{}' ", " {} "])
+def test_a_path_may_come_in_quotes(quoted, car):
+    panel = Workbench()
+    panel.source.other.value = quoted.format(car)
+    assert panel.clip.frames.path.resolve() == car.resolve()
 
 
 def test_a_run_leaves_a_film_a_table_and_the_settings(panel, place):
@@ -354,6 +374,7 @@ def test_the_webcam_is_recorded_into_a_file_which_is_then_the_video(
     panel.source.seconds.value = 2
     press(panel.source.camera, panel)
     [file] = place.glob("tracked/webcam-*.avi")
+    panel.picker.set_state({"box": [10, 10, 20, 20, 0]})
     assert panel.settings.video == str(file)
     assert len(panel.clip) == 20 and panel.clip.fps == 10.0
     assert not camera.open

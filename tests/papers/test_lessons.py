@@ -9,14 +9,18 @@ from mkt.colors import ColorBins
 from mkt.evaluation import errors
 from mkt.figures.registry import FIGURES
 from mkt.histograms import learn
+from mkt.homographies import through
 from mkt.kernels import Kernels
 from mkt.papers import runs
+from mkt.papers.lessons import planes as lessons_on_planes
 from mkt.papers.lessons import trackers as lessons
 from mkt.particles import SCHEMES, effective_sample_size
 from mkt.regions import displaced
 from mkt.scenes.questions import base
 from mkt.scenes.rendering import Layer, Scene
 from mkt.sequences.carphone import carphone
+from mkt.servoing import planes
+from mkt.servoing.features import Camera
 from mkt.trackers import by_name
 from mkt.trackers.ssd import SSD, differentiate, minimise, newton_step
 from mkt.tracking import track
@@ -205,3 +209,67 @@ def test_the_table_of_a_box_holds_its_distances():
     x, y = np.meshgrid(shown["x"], shown["y"])
     assert (shown["x [px]"] == x.ravel()).all() and (shown["y [px]"] == y.ravel()).all()
     assert (shown["distance"] == shown["distances"].ravel()).all()
+
+
+def test_where_one_bin_image_is_flat_the_other_is_a_pit():
+    """Chapter 15: another light moves all colours, blur wipes out the edges."""
+    light, blur = (numbers("own.bin_images", look=x) for x in ("another light", "blur"))
+    assert light["off_colours"] > 20 and light["off_edges"] < 4
+    assert blur["off_colours"] < 4 and blur["off_edges"] > 20
+
+
+def test_both_bin_images_are_between_the_two():
+    shares = (0.0, 1.0)
+    ends = [numbers("own.bin_images", share=s, look="another light") for s in shares]
+    assert ends[0]["off_both"] == ends[0]["off_colours"]
+    assert ends[1]["off_both"] == ends[1]["off_edges"]
+
+
+@pytest.mark.parametrize("covered", [0.7, 0.8])
+def test_a_prior_holds_the_size_of_a_covered_car(covered):
+    loose, held = (
+        numbers("own.priors", covered=covered, size_prior=w) for w in (0.0, 20.0)
+    )
+    assert loose["size_sum"] == loose["size_O"] and abs(loose["size_O"]) > 0.1
+    assert abs(held["size_sum"]) < 0.5 * abs(held["size_O"])
+
+
+@pytest.mark.parametrize("turned", [20, 40])
+def test_a_turn_is_believed_where_the_car_is_seen_and_not_where_it_is_covered(turned):
+    seen, hidden = (numbers("own.priors", covered=c, turned=turned) for c in (0, 0.7))
+    assert seen["believed"] and not hidden["believed"]
+    assert not numbers("own.priors", covered=0, turned=0)["believed"]
+
+
+def test_one_kernel_feels_no_turn_of_a_card_and_less_of_its_tilts_than_nine():
+    """Chapter 16; its map over the tilts is the flattest."""
+    colours, edges = (numbers("own.tilt", bins=bins) for bins in ("colours", "edges"))
+    assert colours["one"][2] < 1e-6 < 0.05 < edges["one"][2]
+    heights = {}
+    for side in ("one", "3x3", "5x5"):
+        heights[side] = np.ptp(colours[f"map_{side}"])
+    assert heights["one"] < 0.6 * heights["3x3"] < 0.6 * heights["5x5"]
+    assert (3 * colours["one"][6:] < colours["3x3"][6:]).all()
+    assert (colours["3x3"] < colours["5x5"]).all()
+
+
+def test_kernels_find_a_card_from_further_than_pixels():
+    shown = numbers("own.basin")
+    assert shown["converged_kernels"].mean() > 0.95
+    assert shown["converged_pixels"].mean() < 0.5
+    assert np.median(shown["kernels"]) < 1
+
+
+def test_starts_are_as_far_off_as_they_say():
+    look, start_from = lessons_on_planes.look, lessons_on_planes.start_from
+    _, region, _, truth = look("base", 500)
+    middle = through(truth, [[0, 0]])
+    for shift in (0, 15):
+        start = start_from("base", 500, shift, 25, 0.2, 30)
+        assert np.isclose(np.hypot(*(through(start, [[0, 0]]) - middle)[0]), shift)
+    assert np.allclose(start_from("base", 500, 0, 0, 0, 0), truth)
+    tilted = start_from("base", 500, 0, 0, 0, 30)
+    before, after = (
+        planes.poses(h, Camera(), region[3:])[0][:3, 2] for h in (truth, tilted)
+    )
+    assert np.isclose(np.rad2deg(np.arccos(before @ after)), 30, atol=0.01)

@@ -5,6 +5,7 @@ And everything follows from the specification.
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -151,3 +152,36 @@ def test_unknown_textures_are_named():
     scene = Scene(Layer("lorry", 60.0, MOVING))
     with pytest.raises(ValueError, match="no texture 'lorry'.*car"):
         scene.sequence()
+
+
+def test_what_lies_behind_hides_nothing():
+    wall = Layer("bricks", 300.0, MIDDLE)
+    clip = Scene(Layer("car", 60.0, MIDDLE), length=1, behind=(wall,)).sequence()
+    assert clip.visibility[0] == pytest.approx(1, abs=0.02)
+
+
+def test_frames_cannot_be_drawn_into():
+    frame = Scene(Layer("car", 60.0, MIDDLE), length=1).sequence().frames[0]
+    with pytest.raises(ValueError, match="read-only"):
+        frame[0, 0] = 0
+
+
+def test_light_is_rounded_and_not_cut_off():
+    scene = Scene(Layer("car", 60.0, MIDDLE), "table", length=1, noise=0.0)
+    clean = render(scene, 0).astype(float)
+    dim = render(replace(scene, light=((0.0, 0.5, 0.5, 0.5),)), 0)
+    assert np.mean(dim - 0.5 * clean) == pytest.approx(0.0, abs=0.2)
+
+
+def test_a_hue_is_turned_by_as_many_degrees_as_it_says():
+    layer = Layer("car", 90.0, MIDDLE)
+    plain = render(Scene(layer, length=1, noise=0.0), 0)
+    turned = render(Scene(replace(layer, hue=90.0), length=1, noise=0.0), 0)
+
+    def hues(frame):
+        hsv = cv2.cvtColor(frame[95:145, 125:195], cv2.COLOR_RGB2HSV).astype(float)
+        return 2 * hsv[..., 0], (hsv[..., 1] > 120) & (hsv[..., 2] > 120)
+
+    (before, strong), (after, _) = hues(plain), hues(turned)
+    off = (after - before)[strong] % 360
+    assert np.median(off) == pytest.approx(90, abs=4)

@@ -171,3 +171,45 @@ PAST_THE_HORIZON = above(SHARP, (0, 0, 0, 1.5, 0, 0))
 def test_bad_input_is_named(problem, call):
     with pytest.raises(ValueError, match=problem):
         call()
+
+
+def test_a_steady_hand_turns_back_at_the_times_and_nowhere_else():
+    """With no wobble: straight along Y at the speed, from the times of figure 9."""
+    t, x, y, theta = np.array(to_and_fro(wobble=0.0, speed=0.05, heading=0.7)).T
+    assert t[0] == 1.0 and t[-1] == pytest.approx(13.0) and np.allclose(np.diff(t), 0.1)
+    assert (x == 0).all() and np.allclose(theta, 0.7)
+    forward = np.diff(y) > 0
+    assert np.allclose(np.abs(np.diff(y)), 0.005)
+    turns = t[1:][np.flatnonzero(np.diff(forward))]
+    assert np.allclose(turns, [6.0, 7.4], atol=0.06)
+
+
+def test_an_unsteady_hand_is_so_by_its_share_of_the_speed():
+    """Spread of the noise over many seeds: the share itself, in each of the three."""
+    rates = []
+    for seed in range(60):
+        t, x, y, theta = np.array(to_and_fro(seed, wobble=0.2, speed=0.1)).T
+        steady = np.array(to_and_fro(seed, wobble=0.0, speed=0.1))[:, 2]
+        rates.append(np.diff([x, y - steady, theta]) / 0.1)
+    spread = np.concatenate(rates, 1).std(1)
+    assert np.allclose(spread, [0.02, 0.02, 0.2], rtol=0.1)
+
+
+def test_the_unsteady_hand_changes_within_half_a_second():
+    """Neighbours 0.1 s apart are alike, those a second and a half apart are not."""
+    x = np.array([np.array(to_and_fro(seed))[:, 1] for seed in range(60)])
+    rate = np.diff(x)
+    near = np.corrcoef(rate[:, :-1].ravel(), rate[:, 1:].ravel())[0, 1]
+    half = np.corrcoef(rate[:, :-10].ravel(), rate[:, 10:].ravel())[0, 1]
+    assert near > 0.98
+    # exp(-(10 / (2 * 5))^2), a Gaussian of 5 steps with itself.
+    assert half == pytest.approx(np.exp(-1), abs=0.08)
+
+
+def test_a_circle_goes_round_through_the_origin_once_a_period():
+    t, x, y, theta = np.array(circle(0.1, period=8.0, length=16.0, heading=0.3)).T
+    assert t[0] == 0 and t[-1] == pytest.approx(15.9) and (theta == 0.3).all()
+    assert np.allclose(np.hypot(x + 0.1, y), 0.1) and x[0] == y[0] == 0
+    quarter = 20
+    assert np.allclose([x[quarter], y[quarter]], [-0.1, 0.1])
+    assert np.allclose([x[80], y[80]], 0, atol=1e-12)

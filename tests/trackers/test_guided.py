@@ -8,16 +8,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mkt.colors import ColorBins
-from mkt.histograms import learn
+from mkt.evaluation import overlap
+from mkt.histograms import counts, learn
 from mkt.kernels import Kernels
 from mkt.regions import displaced
 from mkt.scenes.rendering import Layer, Scene
+from mkt.trackers.close_up import close_up
 from mkt.trackers.gains import BOUNDS, first_light, followed, relit
 from mkt.trackers.guided import FULL_GRID, Guided
 
 BINS = ColorBins()
 CAR = Layer("car", 80.0, ((0.0, 159.5, 119.5, 0.2, 1.0),))
 SPECIFICATION = Scene(CAR, length=30)
+FRAME = SPECIFICATION.sequence().frames[0]
 
 
 def begin(scene=SPECIFICATION):
@@ -112,10 +115,101 @@ def test_the_cost_is_in_regions_looked_at_with_the_full_grid():
         assert info["evaluations"] == pytest.approx(samples / FULL_GRID)
 
 
-@pytest.mark.parametrize("lost_above, lost", [(2.0, False), (-1.0, True)])
-def test_while_it_is_lost_no_particle_comes_back(lost_above, lost):
-    tracker = Guided(n=50, renewed=1.0, lost_above=lost_above)
+@pytest.mark.parametrize("hidden_above, hidden", [(2.0, False), (-1.0, True)])
+def test_while_it_is_hidden_no_particle_comes_back(hidden_above, hidden):
+    tracker = Guided(n=50, renewed=1.0, hidden_above=hidden_above)
     for _, _, after, info in steps(tracker, replace(SPECIFICATION, length=4)):
-        assert info["lost"] == lost
         anew = (after.particles.regions == info["region"]).all()
-        assert anew == (not lost)
+        assert anew == (not hidden)
+
+
+@pytest.mark.parametrize("lost_above, lost", [(2.0, False), (-1.0, True)])
+def test_the_flag_is_a_threshold_that_changes_nothing_else(lost_above, lost):
+    scene = replace(SPECIFICATION, length=4)
+    flagged = steps(Guided(n=50, lost_above=lost_above), scene)
+    for (*_, info), (*_, usual) in zip(
+        flagged, steps(Guided(n=50), scene), strict=True
+    ):
+        assert info["lost"] == lost
+        np.testing.assert_array_equal(info["region"], usual["region"])
+
+
+MOVING = Scene(
+    Layer("car", 80.0, ((0.0, 130.0, 120.0, 0.0, 1.0), (9.0, 166.0, 120.0, 0.0, 1.0))),
+    length=10,
+)
+
+
+@pytest.mark.parametrize("doubtful, learnt", [(0.45, True), (-1.0, False)])
+def test_the_velocity_is_learnt_from_sure_looks_alone(doubtful, learnt):
+    """Of 4 px a frame; where every look is in doubt it stays what it was."""
+    *_, (_, _, after, info) = steps(Guided(n=50, doubtful=doubtful), MOVING)
+    assert overlap(info["region"], MOVING.sequence().truth[-1]) > 0.9
+    expected = (4.0, 0.0) if learnt else (0.0, 0.0)
+    np.testing.assert_allclose(after.velocity, expected, atol=0.7 if learnt else 0)
+
+
+def test_a_velocity_fades_while_the_target_is_hidden():
+    tracker, clip = Guided(n=50, hidden_above=-1.0), MOVING.sequence()
+    rng = np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    state = state._replace(velocity=np.array([10.0, 0.0]))
+    for frame in clip.frames[1:4]:
+        state, _ = tracker.step(state, frame, rng)
+    np.testing.assert_allclose(state.velocity, (7.29, 0.0))
+
+
+def test_a_box_that_touches_the_border_starts_with_the_part_that_is_seen():
+    """Its particles are compared in the kernels that saw something; it comes in."""
+    path = ((0.0, -18.0, 120.0, 0.0, 1.0), (20.0, 70.0, 120.0, 0.0, 1.0))
+    scene = Scene(Layer("car", 80.0, path), length=20)
+    *_, (_, _, after, info) = steps(Guided(n=50), scene)
+    assert after.fine.learnt is not None and len(after.fine.learnt) < 9
+    assert overlap(info["region"], scene.sequence().truth[-1]) > 0.6
+
+
+def test_a_turning_car_is_followed_in_its_turn():
+    path = ((0.0, 160.0, 120.0, 0.0, 1.0), (24.0, 160.0, 120.0, 1.2, 1.0))
+    scene = Scene(Layer("car", 80.0, path), length=25)
+    *_, (_, _, after, info) = steps(Guided(n=50), scene)
+    assert after.turned and abs(info["region"][2] - 1.2) < 0.1
+
+
+@pytest.mark.parametrize("turn, turned", [(0.0, False), (np.inf, True)])
+def test_the_share_decides_whether_a_turn_is_believed(turn, turned):
+    path = ((0.0, 160.0, 120.0, 0.0, 1.0), (9.0, 160.0, 120.0, 0.5, 1.0))
+    scene = Scene(Layer("car", 80.0, path), length=10)
+    *_, (_, _, after, info) = steps(Guided(n=50, turn=turn), scene)
+    assert after.turned == turned
+    assert (abs(info["region"][2] - after.first[2]) > 1e-9) == turned
+
+
+def test_what_is_far_off_is_looked_at_on_a_scale_that_fits():
+    """A frame four times as large: the same pixels are binned, the same place found."""
+    scene = Scene(Layer("car", 80.0, ((0.0, 159.5, 119.5, 0.1, 1.0),)), length=3)
+    large = replace(
+        scene,
+        target=Layer("car", 320.0, ((0.0, 639.5, 479.5, 0.1, 1.0),)),
+        size=(1280, 960),
+        zoom=2.0,
+    )
+    for each, pitch in (scene, 1), (large, 5):
+        *_, (_, _, after, info) = steps(Guided(n=50), each)
+        assert after.pitch == pitch
+        assert overlap(info["region"], each.sequence().truth[-1]) > 0.93
+
+
+@given(
+    st.tuples(st.floats(-300, 600), st.floats(-300, 600)),
+    st.floats(2, 300),
+    st.integers(1, 9),
+)
+def test_a_close_up_shows_what_the_whole_frame_does(place, size, pitch):
+    """At the scale of the frame exactly; else wherever it lies, without an error."""
+    region = np.array([[*place, 0.2, size, size]])
+    image = close_up(BINS, FRAME, np.ones(3), region, pitch)
+    kernels = Kernels("tiles", "uniform", aspect=1.0)
+    assert np.isfinite(counts(image, kernels, region)).all()
+    if pitch == 1:
+        whole = counts(BINS(FRAME), kernels, region)
+        np.testing.assert_array_equal(counts(image, kernels, region), whole)

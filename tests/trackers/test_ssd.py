@@ -16,6 +16,7 @@ from mkt.scenes.textures import OBJECTS
 from mkt.trackers.ssd import (
     EMPTY,
     SSD,
+    Prior,
     count,
     differentiate,
     distance_at,
@@ -280,3 +281,49 @@ def test_converges_from_nearby_starts(name):
         near = off.position < 1 and abs(off.scale) < 0.03
         good += near and off.orientation < np.deg2rad(2)
     assert good >= 10
+
+
+def test_the_step_with_a_prior_is_the_lowest_point_of_a_quadratic():
+    """(J^T J + diag(lambda)) Delta x = -(J^T e + lambda (x - x*)), another way.
+
+    The same least squares with the prior as further rows, solved by numpy.
+    """
+    rng = np.random.default_rng(0)
+    q, reference = rng.random((2, 3, 7))
+    dq, off, weights = rng.normal(size=(3, 7, 4)), rng.normal(size=4), rng.random(4)
+    J = (dq / (2 * np.sqrt(q)[..., None])).reshape(-1, 4)
+    e = (np.sqrt(q) - np.sqrt(reference)).ravel()
+    rows = np.vstack([J, np.diag(np.sqrt(weights))])
+    right = np.concatenate([e, np.sqrt(weights) * off])
+    expected = -np.linalg.lstsq(rows, right, rcond=None)[0]
+    step = newton_step(q, dq, reference, pull=(weights, off))
+    np.testing.assert_allclose(step, expected)
+    nothing = newton_step(q, dq, reference, pull=(np.zeros(4), off))
+    np.testing.assert_allclose(nothing, newton_step(q, dq, reference))
+
+
+@pytest.mark.parametrize("k", range(4))
+def test_an_infinite_prior_lets_its_component_alone(k):
+    rng = np.random.default_rng(k)
+    q, reference = rng.random((2, 3, 7))
+    dq, weights = rng.normal(size=(3, 7, 4)), np.zeros(4)
+    weights[k] = np.inf
+    step = newton_step(q, dq, reference, pull=(weights, np.ones(4)))
+    assert abs(step[k]) < 1e-12
+    dq[..., k] = 0
+    np.testing.assert_allclose(step, newton_step(q, dq, reference))
+
+
+def test_the_derivative_of_a_prior_is_what_the_step_takes_it_for():
+    """The gradient of the cost by a step in the region's frame: 2 lambda (x - x*)."""
+    place, size = 0.7, 5.0
+    region = np.array([100.0, 80.0, 0.3, 40.0, 25.0])
+    prior = Prior(region, np.array([place, place, 2.0, size]))
+    near = displaced(region, 3, -2, 0.05, 1.02)
+    steps = 1e-6 * np.eye(4)
+    slope = [
+        (prior.cost(moved(near, h)) - prior.cost(moved(near, -h))) / 2e-6 for h in steps
+    ]
+    expected = 2 * prior.weights * prior.off(near)
+    np.testing.assert_allclose(slope, expected, rtol=0.03, atol=1e-3)
+    assert prior.cost(region) == 0

@@ -25,6 +25,7 @@ import numpy as np
 from markupsafe import Markup
 
 import mkt
+from mkt.course.book import live
 from mkt.course.book.contents import Book, Chapter
 from mkt.experiments import leaderboard as ranks
 from mkt.experiments import shipped
@@ -89,7 +90,7 @@ SETTINGS = {
     "html_static_path": ["_static"],
     "html_extra_path": ["moved"],
     "html_css_files": ["mkt.css"],
-    "html_js_files": [SCRIPT.name],
+    "html_js_files": [SCRIPT.name, live.SCRIPT],
     "html_show_copyright": False,
     "html_copy_source": False,
     "html_show_search_summary": False,
@@ -241,6 +242,11 @@ def _ranked(board: ranks.Board) -> dict[str, Any]:
 def tasks() -> str:
     """tasks.md: what one wants to do with the library, each in a few lines."""
     return (HERE / "templates" / "tasks.md").read_text(encoding="utf-8")
+
+
+def track() -> str:
+    """track.md: the page that follows what a camera or a video shows."""
+    return (HERE / "templates" / "track.md").read_text(encoding="utf-8")
 
 
 def modules() -> list[str]:

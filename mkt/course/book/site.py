@@ -13,7 +13,7 @@ from pathlib import Path
 import nbformat
 from nbformat import NotebookNode
 
-from mkt.course.book import pages, pictures
+from mkt.course.book import live, pages, pictures, security
 from mkt.course.book.checks import figure_cells
 from mkt.course.book.contents import NOTEBOOKS, Book, BookError
 from mkt.experiments import claims, leaderboard, shipped
@@ -53,7 +53,7 @@ def make(
         When there is no room.
     """
     source = folder / "source"
-    texts = _pages(book) | _reference() | _chapters(notebooks)
+    texts = _pages(book) | _scripts() | _reference() | _chapters(notebooks)
     files = {name: text.encode() for name, text in texts.items()}
     drawn = {f"{FILES}/{name}": content for name, content in pictures.drawn().items()}
     with named(source):
@@ -71,10 +71,16 @@ def _pages(book: Book) -> dict[str, str]:
         "claims.md": pages.claims([claims.judge(one) for one in measured], made),
         "leaderboard.md": pages.leaderboard(leaderboard.shipped()),
         "tasks.md": pages.tasks(),
+        "track.md": pages.track(),
         "symbols.md": (NOTEBOOKS / "symbols.md").read_text(encoding="utf-8"),
         f"_static/{STYLE.name}": STYLE.read_text(encoding="utf-8"),
-        f"_static/{SCRIPT.name}": SCRIPT.read_text(encoding="utf-8"),
     }
+
+
+def _scripts() -> dict[str, str]:
+    """The same of what moves the figures."""
+    texts = live.scripts() | {SCRIPT.name: SCRIPT.read_text(encoding="utf-8")}
+    return {f"_static/{name}": text for name, text in texts.items()}
 
 
 def _reference() -> dict[str, str]:
@@ -169,6 +175,7 @@ def render(source: Path, folder: Path) -> Path:
     quiet = [] if sys.stdout.isatty() else ["-q"]
     if subprocess.call([*program, *quiet, "-d", folder / "doctrees", source, fresh]):
         raise BookError("Sphinx could not write the site, see above")
+    security.seal(fresh)
     shutil.rmtree(site, ignore_errors=True)
     fresh.replace(site)
     return site / "index.html"

@@ -20,6 +20,7 @@ def command(
     summary: str,
     text: str,
     *examples: str,
+    clone: bool = False,
 ) -> argparse.ArgumentParser:
     """A new command.
 
@@ -36,6 +37,8 @@ def command(
         For its own help.
     *examples : str
         Lines without ``python3 -m mkt``; the bare command by default.
+    clone : bool
+        It needs what only a clone has: notebooks, tests.
     """
     lines = "\n".join(f"  python3 -m mkt {words}" for words in examples or (name,))
     parser = commands.add_parser(
@@ -45,7 +48,7 @@ def command(
         epilog=f"examples:\n{lines}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.set_defaults(run=run)
+    parser.set_defaults(run=run, clone=clone)
     return parser
 
 

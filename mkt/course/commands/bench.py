@@ -22,14 +22,20 @@ def add(commands: Commands) -> None:
         "With `tracking`, runs all trackers on all benchmark sequences that are found\n"
         "(see `python3 -m mkt data`), on drawn scenes if there are none, and prints\n"
         "who follows best.  Runs that are known are not done again; Ctrl-C\n"
-        "loses only those under way.",
+        "loses only those under way.  A tracker of your own is MODULE:CLASS.\n"
+        "With `score`, judges boxes that were found elsewhere: FILE has them in the\n"
+        "form of the truth of SEQUENCE (BoBoT, OTB, VOT, MOT), or is a table of\n"
+        "`track` or of --tracks.",
         "bench",
         "bench tracking",
         "bench tracking guided pf-75 --seeds 0:10 -o runs.csv",
         "bench tracking -o table.md",
+        "bench tracking mosse:MOSSE guided --on PETS09-S2L1:9 --tracks found",
+        "bench score boxes.txt PETS09-S2L1:9",
     )
     parser.set_defaults(check=check)
     _add_words(parser.add_argument)
+    _add_files(parser.add_argument)
 
 
 def _add_words(add_argument: Callable) -> None:
@@ -37,15 +43,30 @@ def _add_words(add_argument: Callable) -> None:
     add_argument(
         "what",
         nargs="?",
-        choices=["core", "tracking"],
+        choices=["core", "tracking", "score"],
         default="core",
         help="what to measure; core by default",
     )
     add_argument(
         "names",
         nargs="*",
-        metavar="TRACKER",
-        help="trackers such as guided; all by default",
+        metavar="NAME",
+        help="trackers such as guided, all by default; after `score` FILE SEQUENCE",
+    )
+    add_argument(
+        "--tracker",
+        action="append",
+        default=[],
+        metavar="MODULE:CLASS",
+        help="one of your own, beside those that are named, or all",
+    )
+    add_argument(
+        "--on",
+        action="append",
+        default=[],
+        metavar="SEQUENCE",
+        help="only this one, such as BoBoT/Vid_A, or PETS09-S2L1:9 for the target 9 of "
+        "a sequence of MOT; may be given several times",
     )
     add_argument(
         "--seeds",
@@ -60,6 +81,17 @@ def _add_words(add_argument: Callable) -> None:
         help="run the drawn scenes 1000:1032 and BoBoT, and write the numbers into "
         "data/, for a release of the library; takes hours",
     )
+
+
+def _add_files(add_argument: Callable) -> None:
+    """Say what is written."""
+    add_argument(
+        "--tracks",
+        type=Path,
+        metavar="FOLDER",
+        help="also write what each run found, frame by frame: a table (.csv), and "
+        "MOT's rows (.txt)",
+    )
     add_argument(
         "-o",
         "--output",
@@ -71,9 +103,12 @@ def _add_words(add_argument: Callable) -> None:
 
 def check(args) -> str | None:
     """What is wrong with the words after `bench`, None if nothing is."""
-    if args.what == "core" and (args.seeds or args.output or args.release):
-        return "--seeds, --release and -o go with `bench tracking`"
-    if args.release and (args.names or args.seeds or args.output):
+    words = (args.tracker, args.on, args.tracks, args.seeds, args.output)
+    if args.what != "tracking" and (any(words) or args.release):
+        return "options go with `bench tracking`"
+    if args.what == "score" and len(args.names) != 2:
+        return "bench score needs a FILE and a SEQUENCE"
+    if args.release and (args.names or any(words)):
         return "--release runs all trackers, and takes no other word"
     return None
 
@@ -82,6 +117,8 @@ def run(args) -> None:
     """Print the benchmark of the core, or that of the trackers."""
     if args.what == "core":
         _time()
+    elif args.what == "score":
+        _score(Path(args.names[0]), args.names[1])
     elif args.release:
         _release()
     else:
@@ -99,25 +136,39 @@ def _time() -> None:
 
 def _rank(args) -> None:
     """Rank the trackers, print the tables, and write them or the runs if asked to."""
+    from mkt.course import own_tracker
     from mkt.experiments import leaderboard
+    from mkt.files import new_file
 
     output = args.output
-    if output and not (output.parent.is_dir() and output.suffix in (".csv", ".md")):
-        raise ValueError(
-            f"-o {output}: give a name that ends in .csv or .md, in a folder that "
-            "exists"
-        )
-    boards, troubles = leaderboard.recorded(args.names, args.seeds or leaderboard.SEEDS)
-    few = leaderboard.HELD_BACK[:FEW]
-    board = (
-        boards[0] if boards else leaderboard.synthetic(args.names, args.seeds or few)
+    if output and new_file(output).suffix not in (".csv", ".md"):
+        raise ValueError(f"-o {output}: give a name that ends in .csv or .md")
+    own = [own_tracker.enter(name) for name in args.tracker]
+    named = [own_tracker.enter(name) for name in args.names]
+    names = [*named, *own] if named else []  # those of your own are among all
+    boards, troubles = leaderboard.recorded(
+        names, args.seeds or leaderboard.SEEDS, on=args.on
     )
+    few = leaderboard.HELD_BACK[:FEW]
+    board = boards[0] if boards else leaderboard.synthetic(names, args.seeds or few)
     text = leaderboard.as_markdown(board)
     print(text)
     if output:
         _write(board.rows, text, output)
+    if args.tracks:
+        leaderboard.write_tracks(board, args.tracks)
     for trouble in troubles:
         print(f"left out: {trouble}", file=sys.stderr)
+
+
+def _score(path: Path, name: str) -> None:
+    """Print what a track in a file is worth."""
+    from mkt.evaluation import evaluate
+    from mkt.sequences import benchmarks, tracks
+
+    track, clip = tracks.read(path, benchmarks.named(name))
+    for what, value in evaluate(track, clip).items():
+        print(f"{what:12}  {value:.3f}")
 
 
 def _release() -> None:

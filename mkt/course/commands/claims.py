@@ -57,16 +57,14 @@ def run(args) -> None:
 
     from mkt.experiments import claims, claims_as_text, shipped
     from mkt.experiments.sweep import write_table
+    from mkt.files import new_file
 
     if args.list:
         for claim in claims.CLAIMS.values():
             print(f"{claim.name}  {claim.sentence}")
         return
-    if args.output and not args.output.parent.is_dir():
-        # Said before the long work, not after it.
-        raise FileNotFoundError(
-            f"no folder {args.output.parent} for {args.output.name}; make it first"
-        )
+    if args.output:
+        new_file(args.output)  # said before the long work, not after it
     if args.shipped:
         measured = shipped.claimed(args.ids)
     else:

@@ -61,6 +61,12 @@ def _add_words(add_argument: Callable) -> None:
         help="parameters that differ from the defaults",
     )
     add_argument(
+        "--tracker",
+        metavar="MODULE:CLASS",
+        help="a tracker of your own, in a figure that shows one of choice (own.run) or "
+        "all (own.success)",
+    )
+    add_argument(
         "--list",
         action="store_true",
         help="list the figures, or with ID its parameters, and stop",
@@ -82,7 +88,7 @@ def check(args) -> str | None:
         return None
     if not args.output or bool(args.id) == args.all:
         return WANTED
-    if (args.all and args.set) or (args.format and not args.all):
+    if (args.all and (args.set or args.tracker)) or (args.format and not args.all):
         return APART
     return None
 
@@ -101,5 +107,7 @@ def run(args) -> None:
     else:
         entry = FIGURES[args.id]
         parameters = figure_arguments.parameters(entry, args.set)
+        if args.tracker:
+            parameters |= figure_arguments.own_tracker(entry, args.tracker)
         export.write(entry, args.output, parameters)
     print(args.output)

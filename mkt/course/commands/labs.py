@@ -1,5 +1,7 @@
 """``labs`` hands out the labs of the course, checks one, or grades many."""
 
+import sys
+import time
 from argparse import ArgumentTypeError
 from pathlib import Path
 
@@ -37,6 +39,7 @@ def add(commands: Commands) -> None:
         "labs check notebooks/handout/lab_1_histograms_and_kernels.ipynb",
         "labs grade submitted -o grades.csv",
         "labs grade --merge -o grades.csv",
+        clone=True,
     )
     actions = parser.add_subparsers(dest="what", metavar="ACTION", required=True)
     _add_release(actions)
@@ -173,6 +176,8 @@ def _handout(args) -> None:
 def _check(args) -> int:
     from mkt.course.labs import checking
 
+    saved = time.localtime(checking.found(args.path).stat().st_mtime)
+    print(f"as it was saved at {time.strftime('%H:%M:%S', saved)}", file=sys.stderr)
     lines, passed = checking.check(args.path, args.limit)
     for line in lines:
         print(line)

@@ -18,6 +18,7 @@ def add(commands: Commands) -> None:
         'test -m "not slow"',
         "test -k histograms",
         "test tests/test_regions.py -x -n 0",
+        clone=True,
     )
     parser.usage = "python3 -m mkt test [-h] [PYTEST ARGUMENT ...]"
 

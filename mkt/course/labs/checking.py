@@ -29,7 +29,7 @@ def check(path: Path, limit: float = 60) -> tuple[list[str], bool]:
     ValueError
         For a file that is no lab, or not there.
     """
-    notebook = read(_found(path))
+    notebook = read(found(path))
     if not of_role(notebook, "check"):
         raise ValueError(
             f"{path}: this notebook has no checks; "
@@ -47,7 +47,11 @@ def check(path: Path, limit: float = 60) -> tuple[list[str], bool]:
     return lines, not any(mark.words for mark in results)
 
 
-def _found(path: Path) -> Path:
+def found(path: Path) -> Path:
+    """Where a notebook is, seen from here or from notebooks/handout.
+
+    Raises ValueError where there is none.
+    """
     for place in (path, HANDOUT / path):
         if place.is_file():
             return place

@@ -28,6 +28,7 @@ from mkt.course.labs.marks import read as read_notebook
 from mkt.course.labs.notebooks import labs, name, of_role, points
 from mkt.course.labs.submissions import Submission, coincidences, handed_in
 from mkt.course.labs.table import Row
+from mkt.files import new_file
 
 # Of the table, before and after the checks and questions.
 COLUMNS = (
@@ -117,11 +118,7 @@ def merge(output: Path) -> None:
 def _rows_so_far(output: Path) -> list[Row]:
     if output.exists():
         return table.read(output)
-    if not output.parent.is_dir():
-        raise ValueError(
-            f"-o {output}: there is no folder {output.parent}; "
-            "make it first, or choose another place"
-        )
+    new_file(output)
     return []
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import matplotlib
 
-from mkt.files import PACKAGE, ROOT
+from mkt.files import DATA, PACKAGE, ROOT
 
 MISSING = (
     "bubblewrap, which keeps the students' programs away from your files and the "
@@ -35,7 +35,7 @@ def program() -> str | None:
 def boxed(command: list[str]) -> list[str]:
     """A command that runs another one in a box of its own."""
     readable = [*SYSTEM, *dict.fromkeys([sys.prefix, sys.base_prefix])]
-    readable += [str(PACKAGE), str(ROOT / "data")]
+    readable += [str(PACKAGE), str(DATA)]
     return [
         program() or "bwrap",
         *("--unshare-ipc", "--unshare-pid", "--unshare-net", "--unshare-uts"),

@@ -191,7 +191,7 @@ def _draw_line(
 @figure(
     "cordoba2014.ablation", size=(10, 5.0), kind=["pillars", "passers", "trajectory"]
 )
-def ablation(fig: Figure, *, kind: str = "pillars", runs: int = 4) -> Shown:
+def ablation(fig: Figure, *, kind: str = "pillars", runs: int = 8) -> Shown:
     """Where PFHR's gain comes from: its parts left out one at a time.
 
     Dots are runs, each on another synthetic twin of that kind: other path, object and

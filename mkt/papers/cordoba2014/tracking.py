@@ -32,11 +32,9 @@ APART = 6  # frames between two moments of a film strip, at least
 _OCCLUSION = {"particles": [25, 75, 200], "n_lim": [0.1, 0.5, 1.0]}
 
 
-def contenders(
-    particles: int = 200, n_lim: float = 0.5, gamma: float = 0.1
-) -> dict[str, Tracker]:
+def contenders(particles: int = 200, n_lim: float = 0.5) -> dict[str, Tracker]:
     """WM, SIR and PFHR by name, the filters with so many particles."""
-    pfhr = replace(TRACKERS["pfhr"], n=particles, n_lim=n_lim, gamma=gamma)
+    pfhr = replace(TRACKERS["pfhr"], n=particles, n_lim=n_lim)
     sir = replace(TRACKERS["sir"], n=particles)
     return {"wm": TRACKERS["wm"], "sir": sir, "pfhr": pfhr}
 
@@ -229,24 +227,20 @@ def _lines(share: Array, back: NDArray, occlusions: int) -> list[str]:
     return lines
 
 
-@figure("cordoba2014.fig1", size=(10, 4.5), **_OCCLUSION, gamma=[0.0, 0.1, 0.4])
-def fig1(
-    fig: Figure, *, particles: int = 200, n_lim: float = 0.5, gamma: float = 0.1
-) -> Shown:
+@figure("cordoba2014.fig1", size=(10, 4.5), **_OCCLUSION)
+def fig1(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     """Tracking in a cluttered environment: window matching, SIR and PFHR.
 
     On the synthetic twin "clutter", or on BoBoT's blue mug where MKT_DATA has it, as in
     the paper.  Run 0 of figure 2.  The paper's WM is misled by things that look alike,
     its SIR gets the size wrong.  n_lim is the N_lim of Algorithm 2 as a share of the
-    particles; gamma the first look's share in (10).
+    particles.
     """
-    return film(fig, "clutter", contenders(particles, n_lim, gamma))
+    return film(fig, "clutter", contenders(particles, n_lim))
 
 
-@figure("cordoba2014.fig2", size=(10, 4.8), **_OCCLUSION, gamma=[0.0, 0.1, 0.4])
-def fig2(
-    fig: Figure, *, particles: int = 200, n_lim: float = 0.5, gamma: float = 0.1
-) -> Shown:
+@figure("cordoba2014.fig2", size=(10, 4.8), **_OCCLUSION)
+def fig2(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     """Cluttered environment: horizontal and vertical position, as a share of the image.
 
     On the synthetic twin "clutter", or on BoBoT's blue mug where MKT_DATA has it.
@@ -255,7 +249,7 @@ def fig2(
     misled.  True positives are frames with an overlap above 20 %, out of all frames:
     their mean, the smallest and the largest.
     """
-    return curves(fig, "clutter", contenders(particles, n_lim, gamma))
+    return curves(fig, "clutter", contenders(particles, n_lim))
 
 
 @figure("cordoba2014.fig3", size=(10, 4.5), **_OCCLUSION)

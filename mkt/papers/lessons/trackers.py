@@ -28,6 +28,7 @@ from mkt.particles import (
 from mkt.plotting import (
     CONTRAST,
     CURRENT,
+    EIGHT,
     TRACKERS,
     TRUTH,
     draw_box,
@@ -139,19 +140,6 @@ def _draw_errors(ax: Axes, remaining: Mapping[str, Array]) -> None:
     ax.legend(ncols=3, loc="upper center", **spaces)
 
 
-# Okabe and Ito.
-_PALETTE = (
-    "#e69f00",
-    "#56b4e9",
-    "#009e73",
-    "#f0e442",
-    "#0072b2",
-    "#d55e00",
-    "#cc79a7",
-    "#999999",
-)
-
-
 @figure(
     "own.resampling",
     size=(10, 5),
@@ -184,7 +172,7 @@ def resampling(
     counts = np.bincount(ancestors, minlength=n)
     shares, positions = draws(scheme, weights, np.random.default_rng(seed))
     scatter = {name: offspring_scatter(weights, name) for name in SCHEMES}
-    colors = [_PALETTE[i % len(_PALETTE)] for i in range(n)]
+    colors = [EIGHT[i % len(EIGHT)] for i in range(n)]
 
     bar = fig.add_axes((0.02, 0.68, 0.96, 0.18))
     _draw_draws(bar, shares, positions, colors)

@@ -1,0 +1,113 @@
+"""A motion model learnt from earlier tracks, as [N03] wished.
+
+The state s = (x, y, theta, ln size) follows a second-order autoregression,
+
+    s_t = s_(t-1) + phi (s_(t-1) - s_(t-2)) + w,    w ~ N(0, sigma^2),
+
+with one root at 1, because nothing pulls a target to a place in the image.  So what is
+learnt is how a *change* follows from the last one: phi and sigma for each component.
+Places are in units of the target, as in `mkt.particles.Motion`, which is the same model
+with phi and sigma set by hand, for the place alone.
+
+Explained in notebook 17.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mkt.particles import Particles
+from mkt.types import Array, ArrayLike, Regions, Rng
+
+SAME = 0, 0, 1, 2  # x and y, which no axis of an image tells apart, share their numbers
+
+
+@dataclass(frozen=True)
+class AutoRegression:
+    """The model of the module's text, a motion model for a `ParticleFilter`.
+
+    The numbers are of the place, in sqrt(hx hy) a frame, of the orientation [rad a
+    frame] and of the logarithm of the size.  `learnt` finds them.
+
+    Parameters
+    ----------
+    phi : tuple of three float
+        Share of a change that is kept from one frame to the next.
+    sigma : tuple of three float
+        Standard deviations of what is new.
+    spread : tuple of three float
+        Standard deviations of a change, with which particles start.
+    """
+
+    phi: tuple[float, float, float]
+    sigma: tuple[float, float, float]
+    spread: tuple[float, float, float]
+
+    def scatter(self, region: ArrayLike, n: int, rng: Rng) -> Particles:
+        """Some particles at a region (5,), each with a change of its own."""
+        changes = np.take(self.spread, SAME) * rng.standard_normal((n, 4))
+        regions = np.tile(np.asarray(region, float), (n, 1))
+        return self.predict(Particles(regions, changes), rng)
+
+    def predict(self, particles: Particles, rng: Rng) -> Particles:
+        """Every particle one frame later; their velocities are the changes (N, 4)."""
+        regions, changes = particles
+        noise = np.take(self.sigma, SAME) * rng.standard_normal(changes.shape)
+        changes = np.take(self.phi, SAME) * changes + noise
+        unit = np.sqrt(regions[:, 3] * regions[:, 4])[:, None]
+        centres = regions[:, :2] + changes[:, :2] * unit
+        angles = regions[:, 2] + changes[:, 2]
+        sides = regions[:, 3:] * np.exp(changes[:, 3:])
+        return Particles(np.column_stack([centres, angles, sides]), changes)
+
+
+def changes(regions: Regions) -> Array:
+    """What changes from frame to frame in a track (T, 5), in the model's units.
+
+    Returns
+    -------
+    (T - 1, 4) array
+    """
+    size = np.log(regions[:, 3] * regions[:, 4]) / 2
+    steps = np.diff(regions[:, :2], axis=0) / np.exp(size[:-1, None])
+    turns = np.diff(np.unwrap(regions[:, 2]))
+    return np.column_stack([steps, turns, np.diff(size)])
+
+
+def learnt(tracks: Iterable[Regions], loosen: float = 1.0) -> AutoRegression:
+    """The model of some tracks, by least squares: the equation of Yule and Walker.
+
+    phi = sum u_t u_(t-1) / sum u_(t-1)^2 for the changes u, but at most 1, beyond which
+    changes would grow without end; sigma^2 the mean square of what it leaves.
+
+    Parameters
+    ----------
+    tracks : iterable of (T, 5) arrays [px, rad]
+        Each of at least three frames, without NaN.
+    loosen : float
+        Factor on sigma.  Truth is smoother than what a filter needs, whose few
+        particles must also make good their own errors.
+    """
+    moves = [(u[:-1], u[1:]) for u in map(changes, tracks)]
+    before, after = (_pooled(np.concatenate(side)) for side in zip(*moves, strict=True))
+    pairs = list(zip(before, after, strict=True))
+    phi = [min(float(b @ a) / max(float(b @ b), 1e-300), 1.0) for b, a in pairs]
+    left = [a - f * b for f, (b, a) in zip(phi, pairs, strict=True)]
+    sigma = [loosen * deviation for deviation in _deviations(left)]
+    return AutoRegression(_three(phi), _three(sigma), _deviations(after))
+
+
+def _pooled(changes: Array) -> list[Array]:
+    """The columns (n, 4), x and y in one."""
+    return [changes[:, :2].ravel(), changes[:, 2], changes[:, 3]]
+
+
+def _deviations(columns: Iterable[Array]) -> tuple[float, float, float]:
+    return _three(np.sqrt(np.mean(column**2)) for column in columns)
+
+
+def _three(numbers: Iterable[float]) -> tuple[float, float, float]:
+    """Three numbers, in so many digits as tables and cache keys need."""
+    first, second, third = (float(f"{number:.4g}") for number in numbers)
+    return first, second, third

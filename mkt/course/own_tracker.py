@@ -1,0 +1,66 @@
+"""A tracker of the user's own by the name ``module:Class``, without a change here.
+
+Entered once, it is known by that name to every command: `mkt.trackers.by_name` has it.
+Only words of the command line are taken for such a name, never those of a file, for to
+import a module is to run it.
+"""
+
+import importlib
+from dataclasses import is_dataclass
+from typing import Any
+
+from mkt.trackers import by_name
+from mkt.tracking import Tracker
+
+WANTED = (
+    "a tracker is a frozen dataclass with the methods init and step, whose fields all "
+    "have a default; CONTRIBUTING.md describes it"
+)
+
+
+def enter(name: str) -> str:
+    """Make ``module:Class`` known as a tracker; other names stay what they are.
+
+    Parameters
+    ----------
+    name : str
+        The class, or an object of it, in a module that Python can import from here.
+
+    Returns
+    -------
+    str
+        The name.
+
+    Raises
+    ------
+    ValueError
+        When there is no such thing, or it is no tracker.
+    """
+    if ":" in name and name not in by_name.TRACKERS:
+        by_name.add(name, _made(name), name)
+    return name
+
+
+def _made(name: str) -> Tracker:
+    """The tracker that ``module:Class`` names."""
+    thing = _named(name)
+    try:
+        tracker = thing() if isinstance(thing, type) else thing
+    except TypeError as error:
+        raise ValueError(f"{name}: {error}; {WANTED}") from None
+    frozen = is_dataclass(tracker) and tracker.__dataclass_params__.frozen
+    if not (frozen and hasattr(tracker, "init") and hasattr(tracker, "step")):
+        raise ValueError(f"{name} is not a tracker: {WANTED}")
+    return tracker
+
+
+def _named(name: str) -> Any:
+    """What a module calls by a name."""
+    module, _, attribute = name.partition(":")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError, TypeError, ValueError) as error:
+        raise ValueError(
+            f"{name}: {error}; give the tracker as module:Class, from the folder in "
+            "which module.py lies"
+        ) from None

@@ -1,0 +1,336 @@
+// What live figures share: controls whose values a link carries, crisp canvases, data.
+
+const HERE = document.currentScript.src;
+const TEXT = 12; // [px]
+
+// An element with attributes, listeners ("onclick") and children; texts stay texts.
+export function el(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes))
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else if (value === true) node.setAttribute(name, "");
+    else if (value !== false) node.setAttribute(name, value);
+  node.append(...children);
+  return node;
+}
+
+// The data of a figure, from a script beside this one: pages on a disk may not fetch.
+export function load(name) {
+  const known = (globalThis.mktData ??= {});
+  return new Promise((resolve, reject) => {
+    if (known[name]) return resolve(known[name]);
+    const src = new URL(`live/${name}.js`, HERE).href;
+    const onload = () => resolve(known[name]);
+    const onerror = () => reject(new Error(`${src} is missing: build the book anew`));
+    document.head.append(el("script", { src, onload, onerror }));
+  });
+}
+
+// The pixels of a picture given as a data address.
+export async function pixels(address) {
+  const image = new Image();
+  image.src = address;
+  await image.decode();
+  const canvas = el("canvas", { width: image.naturalWidth, height: image.naturalHeight });
+  const pen = canvas.getContext("2d", { willReadFrequently: true });
+  pen.drawImage(image, 0, 0);
+  return pen.getImageData(0, 0, canvas.width, canvas.height);
+}
+
+// The two bin images of an object that share a picture: low bytes and high bits.
+export async function binImages(address, m) {
+  const { data, width, height } = await pixels(address);
+  const images = [0, 1].map(() => ({ labels: new Uint16Array(width * height), width, height, m })); // prettier-ignore
+  for (let i = 0, p = 0; i < width * height; i++, p += 4)
+    images.forEach(({ labels }, k) => {
+      labels[i] = data[p + k] + 256 * ((data[p + 2] >> (4 * k)) & 15);
+    });
+  return images;
+}
+
+// Controls
+
+let serial = 0;
+
+// A value as words give it, or an error that says what may stand there.
+function understood(field, words) {
+  const { options, low, high } = field;
+  if (options) {
+    if (options.includes(words)) return words;
+    throw new Error(`must be one of ${options.join(", ")}`);
+  }
+  const value = Number(words);
+  if (words.trim() !== "" && value >= low && value <= high) return value;
+  throw new Error(`must be a number from ${low} to ${high}`);
+}
+
+const shownAs = ({ options, step }, value) =>
+  options ? value : value.toFixed(step < 1 ? (step < 0.1 ? 2 : 1) : 0);
+
+function inputOf(name, field, moved) {
+  const id = `live-${name}-${++serial}`;
+  const { options, low, high, step, value, title = name } = field;
+  const label = el("label", { for: id }, title);
+  if (options) {
+    const input = el("select", { id, onchange: () => moved(input.value) });
+    input.append(...options.map((option) => el("option", { value: option }, option)));
+    return { node: el("span", { class: "mkt-control" }, label, input), input };
+  }
+  const limits = { min: low, max: high, step, value };
+  const input = el("input", { id, type: "range", ...limits });
+  const output = el("output", { for: id });
+  input.addEventListener("input", () => moved(Number(input.value), true));
+  input.addEventListener("change", () => moved(Number(input.value)));
+  const node = el("span", { class: "mkt-control" }, label, input, output);
+  return { node, input, output };
+}
+
+// Controls of a figure.  `fields` has {name: field}; a field with `own` is no parameter
+// of the figure in Python.  `changed(values, quick)` follows every move.
+export class Controls {
+  constructor(figure, fields, changed) {
+    Object.assign(this, { figure, fields, changed, inputs: {} });
+    this.key = figure.slice(figure.lastIndexOf(".") + 1);
+    const each = Object.entries(fields);
+    this.start = Object.fromEntries(each.map(([name, { value }]) => [name, value]));
+    this.values = { ...this.start };
+    this.node = el("div", { class: "mkt-controls" });
+    this.note = el("p", { class: "mkt-note", role: "status" });
+    for (const [name, field] of each) {
+      const moved = (value, quick) => this.set({ [name]: value }, quick);
+      this.inputs[name] = inputOf(name, field, moved);
+      this.node.append(this.inputs[name].node);
+    }
+    const reset = () => this.set(this.start);
+    this.node.append(
+      el("button", { type: "button", class: "mkt-reset", onclick: reset }, "reset"),
+    );
+    addEventListener("hashchange", () => this.read());
+  }
+
+  // Move some controls; `quick` while a hand is still moving them.
+  set(values, quick = false) {
+    for (const [name, value] of Object.entries(values)) {
+      const { low, high, options } = this.fields[name];
+      this.values[name] = options ? value : Math.min(Math.max(value, low), high);
+    }
+    this.show();
+    this.changed(this.values, quick);
+    if (!quick) this.write();
+  }
+
+  show() {
+    for (const [name, { input, output }] of Object.entries(this.inputs)) {
+      const words = shownAs(this.fields[name], this.values[name]);
+      input.value = this.values[name];
+      if (output) output.value = words;
+      if (output) input.setAttribute("aria-valuetext", words);
+    }
+  }
+
+  moved(own) {
+    return Object.entries(this.values).filter(
+      ([name, value]) =>
+        value !== this.start[name] && (own || !this.fields[name].own),
+    );
+  }
+
+  address() {
+    const settings = this.moved(true).map(([name, value]) => {
+      const words = shownAs(this.fields[name], value);
+      return `${name}=${encodeURIComponent(words)}`;
+    });
+    return `#${this.key}${settings.length ? "?" : ""}${settings.join("&")}`;
+  }
+
+  write() {
+    const address = this.address();
+    const mine = location.hash.split("?")[0] === `#${this.key}`;
+    if (location.hash === address || (!mine && address === `#${this.key}`)) return;
+    history.pushState(null, "", address);
+  }
+
+  // Take over what the page's address says of this figure, and say what is wrong in it.
+  read() {
+    const [key, words = ""] = location.hash.split("?");
+    if (key !== `#${this.key}`) return false;
+    const wrong = [];
+    const values = { ...this.start };
+    for (const [name, word] of new URLSearchParams(words))
+      if (!Object.hasOwn(this.fields, name)) wrong.push(`there is no ${name}`);
+      else
+        try {
+          values[name] = understood(this.fields[name], word);
+        } catch (error) {
+          wrong.push(`${name} is ${word}, but ${error.message}`);
+        }
+    this.note.textContent = wrong.length
+      ? `In this page's address ${wrong.join("; ")}. The rest was taken.`
+      : "";
+    this.values = values;
+    this.show();
+    this.changed(this.values, false);
+    return true;
+  }
+
+  // The line that makes the same figure with Python.
+  command() {
+    const set = this.moved(false).map(
+      ([name, value]) => ` --set ${name}=${shownAs(this.fields[name], value)}`,
+    );
+    return `python3 -m mkt figure ${this.figure} -o figure.pdf${set.join("")}`;
+  }
+
+  // Buttons that copy the link, and the command where Python draws the figure too.
+  copies(inPython = true) {
+    const link = () => location.href.split("#")[0] + this.address();
+    const copied = async (words) => {
+      try {
+        await navigator.clipboard.writeText(words);
+        this.note.textContent = `Copied: ${words}`;
+      } catch {
+        this.note.textContent = words; // to be copied by hand
+      }
+    };
+    const button = (title, words) =>
+      el("button", { type: "button", onclick: () => copied(words()) }, title);
+    const buttons = [button("link to what is shown", link)];
+    if (inPython) buttons.push(" ", button("command for a PDF of it", () => this.command()));
+    return el("p", { class: "mkt-note mkt-files" }, "Copy: ", ...buttons);
+  }
+}
+
+// Canvases
+
+// A canvas as wide as its place and `ratio` as high, but not lower than `least` [px]; it
+// is drawn anew whenever that changes.
+export class Canvas {
+  constructor(label, ratio, draw, least = 0) {
+    this.node = el("canvas", { role: "img", "aria-label": label, class: "mkt-canvas" });
+    Object.assign(this, { ratio, draw, least });
+    const again = () => this.redraw();
+    new ResizeObserver(again).observe(this.node);
+    new MutationObserver(again).observe(document.body, {
+      attributeFilter: ["data-theme"],
+    });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
+  }
+
+  redraw() {
+    const width = this.node.clientWidth;
+    if (!width) return;
+    const height = Math.round(Math.max(width * this.ratio, this.least));
+    const sharp = Math.max(devicePixelRatio, 1);
+    const size = [Math.round(width * sharp), Math.round(height * sharp)];
+    if (this.node.width !== size[0] || this.node.height !== size[1])
+      [this.node.width, this.node.height] = size;
+    this.node.style.aspectRatio = `${width} / ${height}`;
+    const pen = this.node.getContext("2d");
+    const { color, fontFamily } = getComputedStyle(this.node);
+    pen.setTransform(sharp, 0, 0, sharp, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    Object.assign(pen, { fillStyle: color, strokeStyle: color, lineWidth: 1 });
+    pen.font = `${TEXT}px ${fontFamily}`;
+    this.draw(pen, width, height);
+  }
+
+  // Follow a mouse or a finger: places in the canvas's own pixels; `done` at the end.
+  dragged(begin, follow, done) {
+    const at = ({ clientX, clientY }) => {
+      const { left, top } = this.node.getBoundingClientRect();
+      return [clientX - left, clientY - top];
+    };
+    this.node.classList.add("mkt-drag");
+    this.node.addEventListener("pointerdown", (event) => {
+      if (begin(at(event), event) === false) return;
+      this.node.setPointerCapture(event.pointerId);
+      const move = (moved) => follow(at(moved), moved);
+      const end = () => {
+        this.node.removeEventListener("pointermove", move);
+        done();
+      };
+      this.node.addEventListener("pointermove", move);
+      this.node.addEventListener("lostpointercapture", end, { once: true });
+    });
+  }
+
+  // Arrow keys: steps [right, down], with the event for its modifiers.
+  keyed(step) {
+    const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }; // prettier-ignore
+    this.node.tabIndex = 0;
+    this.node.addEventListener("keydown", (event) => {
+      if (!ways[event.key]) return;
+      event.preventDefault();
+      step(ways[event.key], event);
+    });
+  }
+}
+
+// Round steps between two values, about so many.
+function ticks(low, high, most) {
+  const rough = (high - low) / most;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 3, 5, 10].map((k) => k * power).find((each) => each >= rough);
+  const first = Math.ceil(low / step - 1e-9);
+  const last = Math.floor(high / step + 1e-9);
+  return Array.from({ length: last - first + 1 }, (_, i) => (first + i) * step);
+}
+
+export const number = (value) => String(Number(value.toPrecision(6))).replace("-", "\u2212");
+
+// Axes round a box [left, top, width, height]: functions from values to its pixels.
+export function axes(pen, [left, top, width, height], { x, y, xlabel, ylabel }) {
+  const across = (value) => left + ((value - x[0]) / (x[1] - x[0])) * width;
+  const down = (value) => top + height - ((value - y[0]) / (y[1] - y[0])) * height;
+  pen.strokeRect(left, top, width, height);
+  pen.textAlign = "center";
+  for (const tick of ticks(...x, Math.max(width / 60, 2)))
+    pen.fillText(number(tick), across(tick), top + height + TEXT + 3);
+  pen.textAlign = "right";
+  for (const tick of ticks(...y, Math.max(height / 40, 2)))
+    pen.fillText(number(tick), left - 4, down(tick) + 4);
+  pen.textAlign = "left";
+  if (ylabel) pen.fillText(ylabel, left, top - 6);
+  pen.textAlign = "right";
+  if (xlabel) pen.fillText(xlabel, left + width, top + height + 2 * TEXT + 5);
+  return { across, down };
+}
+
+// The outline of something with corners, light round dark so that it shows anywhere.
+export function outline(pen, points, color, width = 2) {
+  for (const [style, thick] of [["#fff", width + 2], [color, width]]) { // prettier-ignore
+    pen.beginPath();
+    points.forEach(([x, y]) => pen.lineTo(x, y));
+    pen.closePath();
+    Object.assign(pen, { strokeStyle: style, lineWidth: thick });
+    pen.stroke();
+  }
+}
+
+// All canvases of a panel as they stand, as one picture to be saved.
+function save(panel) {
+  const stage = panel.querySelector(".mkt-stage");
+  const [around, sharp] = [stage.getBoundingClientRect(), devicePixelRatio];
+  const size = { width: around.width * sharp, height: around.height * sharp };
+  const whole = el("canvas", size);
+  const pen = whole.getContext("2d");
+  pen.fillStyle = getComputedStyle(panel).backgroundColor;
+  pen.fillRect(0, 0, size.width, size.height);
+  for (const canvas of stage.querySelectorAll("canvas")) {
+    const { left, top } = canvas.getBoundingClientRect();
+    pen.drawImage(canvas, (left - around.left) * sharp, (top - around.top) * sharp);
+  }
+  el("a", { href: whole.toDataURL("image/png"), download: `${panel.id}.png` }).click();
+}
+
+// Put something live in the place of what was drawn beforehand.
+export function takeOver(panel, ...nodes) {
+  for (const old of panel.querySelectorAll(":scope > .mkt-controls, :scope > .mkt-note:not(.mkt-files), :scope > .mkt-shown")) // prettier-ignore
+    old.remove();
+  const still = panel.querySelector(".mkt-save");
+  const live = el("button", { type: "button", class: "mkt-save", onclick: () => save(panel) });
+  live.textContent = still?.textContent ?? "PNG of what is shown";
+  still?.replaceWith(live);
+  panel.prepend(...nodes);
+  panel.classList.add("mkt-live");
+}

@@ -1,0 +1,43 @@
+// Which figures of a page are live, and how each begins.  WORKER is the text of the
+// worker: pages on a disk may start one only from a text that they hold.
+
+import { camera } from "./camera.js";
+import { newton } from "./newton.js";
+import { surfaces } from "./surfaces.js";
+
+const LIVE = { "teuliere2009.fig3": surfaces, "own.newton": newton };
+
+// The first panel of each live figure that has sliders, {name: panel}.
+function found() {
+  const panels = new Map();
+  for (const block of document.querySelectorAll("figure.mkt-panel > .mkt-data")) {
+    const { file, groups } = JSON.parse(block.textContent);
+    if (LIVE[file] && groups.length && !panels.has(file))
+      panels.set(file, block.parentElement);
+  }
+  return panels;
+}
+
+// What was drawn beforehand stands there until the figure comes near.
+function begin(panel, file) {
+  panel.classList.add("mkt-soon");
+  const start = ([{ isIntersecting }], observer) => {
+    if (!isIntersecting) return;
+    observer.disconnect();
+    LIVE[file](panel, file);
+  };
+  new IntersectionObserver(start, { rootMargin: "800px" }).observe(panel);
+}
+
+document.addEventListener("DOMContentLoaded", () => {
+  const panels = found();
+  panels.forEach(begin);
+  // A link with settings leads to its figure.
+  const [key] = location.hash.slice(1).split("?");
+  for (const [file, panel] of panels)
+    if (file.endsWith(`.${key}`)) panel.scrollIntoView();
+  const place = document.querySelector("[data-live=track]");
+  if (!place) return;
+  const text = new Blob([WORKER], { type: "text/javascript" });
+  camera(place, new Worker(URL.createObjectURL(text)));
+});

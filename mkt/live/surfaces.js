@@ -1,0 +1,259 @@
+// Figure 3 of [T09], live: the distance over rotation and place, every slider free.
+
+import { corners, displaced, distanceAt, learn, linspace, warp } from "./engine.js";
+import { axes, binImages, Canvas, Controls, el, load, number, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
+
+const [CELLS, COARSE] = [61, 4]; // a side; while a hand moves, every fourth
+const TURN = 60; // [deg]
+const SHOWN = [60, 30, 200, 180]; // of the frame: left, top, width, height [px]
+const SLICE = 12; // [ms] of work before the page may breathe
+const COLORS = ["#e49c00", "#1e7dc1"];
+const RED = "#cb1118";
+
+class Surfaces {
+  constructor(panel, name, { viridis, items, extents, layouts, spans }) {
+    this.viridis = viridis;
+    this.maps = [[], []];
+    const fields = {
+      layout: { options: layouts, value: "3x3" },
+      span: { low: spans[0], high: spans[1], step: 0.01, value: 1 },
+      bins: { options: ["hsv", "rgb", "hs"], value: "hsv" },
+      item: { options: items, value: "car" },
+      extent: { low: extents[0], high: extents[1], step: 1, value: 20 },
+      x: { low: -40, high: 40, step: 0.5, value: 0, own: true, title: "x [px]" },
+      rotation: { low: -TURN, high: TURN, step: 1, value: 0, own: true, title: "rotation [deg]" }, // prettier-ignore
+    };
+    this.controls = new Controls(name, fields, () => this.follow());
+    this.frame = new Canvas("", 0.9, (...pen) => this.drawFrame(...pen));
+    this.canvases = [0, 1].map((k) => new Canvas("", 1.05, (...pen) => this.drawMap(k, ...pen)));
+    this.cut = new Canvas("", 0.3, (...pen) => this.drawCut(...pen), 190);
+    this.cut.node.classList.add("mkt-wide");
+    this.hands();
+    this.said = el("p", { class: "mkt-note", role: "status" });
+    const hint = el("p", { class: "mkt-note" }, "Drag the box, its knob, or the cross on a map; arrow keys move it too."); // prettier-ignore
+    const three = [this.frame, ...this.canvases, this.cut].map(({ node }) => node);
+    const stage = el("div", { class: "mkt-stage" }, ...three);
+    const { node, note } = this.controls;
+    takeOver(panel, node, note, stage, this.said, hint, this.controls.copies());
+  }
+
+  // What a change asks for: new data, new surfaces, or only another point.
+  async follow() {
+    const { layout, span, bins, item, extent } = this.controls.values;
+    const wanted = [layout, span, bins, item, extent].join(" ");
+    if (wanted === this.made) return this.draw();
+    this.made = wanted;
+        const key = `${item} ${bins}`;
+    if (this.seen !== key) {
+      const data = await load(`surfaces-${item}-${bins}`);
+      const images = await binImages(data.bins, data.m);
+      const picture = await createImageBitmap(await pixels(data.frame));
+      if (this.made !== wanted) return;
+      Object.assign(this, { seen: key, data, images, picture });
+    }
+    const single = Math.min(span, 1);
+    const specs = [
+      { layout: "one", span: single, samples: 2400 },
+      { layout, span: layout === "one" ? single : span, samples: 2400 },
+    ];
+    try {
+      this.targets = specs.map((spec) => learn(this.images[0], this.data.region, spec));
+    } catch (error) {
+      this.controls.note.textContent = error.message;
+      return;
+    }
+    this.x = linspace(-extent, extent, CELLS);
+    this.theta = linspace(-TURN, TURN, CELLS).map((degrees) => (degrees * Math.PI) / 180);
+    clearTimeout(this.later);
+    this.whole = false;
+    this.fill(COARSE);
+    this.draw();
+    this.refine(wanted, 0);
+  }
+
+  at(k, row, column) {
+    const place = displaced(this.data.region, this.x[column], 0, this.theta[row]);
+    return distanceAt(this.targets[k], this.images[1], place);
+  }
+
+  // Every so-many-th cell, spread over its neighbours.
+  fill(step) {
+    this.maps = [0, 1].map((k) => {
+      const map = new Float64Array(CELLS * CELLS);
+      for (let row = 0; row < CELLS; row += step)
+        for (let column = 0; column < CELLS; column += step) {
+          const value = this.at(k, row, column);
+          for (let i = row; i < Math.min(row + step, CELLS); i++)
+            map.fill(value, i * CELLS + column, i * CELLS + Math.min(column + step, CELLS));
+        }
+      return map;
+    });
+  }
+
+  // The whole grid, row by row, a slice of time after the other.
+  refine(wanted, from) {
+    this.later = setTimeout(() => {
+      const end = performance.now() + SLICE;
+      let row = from;
+      for (; row < CELLS && performance.now() < end; row++)
+        for (let k = 0; k < 2; k++)
+          for (let column = 0; column < CELLS; column++)
+            this.maps[k][row * CELLS + column] = this.at(k, row, column);
+      if (this.made !== wanted) return;
+      if (row < CELLS) return this.refine(wanted, row);
+      this.whole = true;
+      this.draw();
+    });
+  }
+
+  point() {
+    const { x, rotation } = this.controls.values;
+    return displaced(this.data.region, x, 0, (rotation * Math.PI) / 180);
+  }
+
+  draw() {
+    if (!this.targets) return;
+    const { x, rotation } = this.controls.values;
+    const at = (target, turn) =>
+      distanceAt(target, this.images[1], displaced(this.data.region, x, 0, turn));
+    this.cuts = this.targets.map((target) => this.theta.map((turn) => at(target, turn)));
+    this.here = this.targets.map((target) => at(target, (rotation * Math.PI) / 180));
+    const words = this.here.map((d) => d.toFixed(3));
+    const place = `x = ${number(x)} px, rotation = ${number(rotation)} degrees`;
+    this.said.textContent = `At ${place}: distance ${words[0]} for one kernel, ${words[1]} for ${this.controls.values.layout}.`; // prettier-ignore
+    this.frame.node.setAttribute("aria-label", `The frame with the region at ${place}`);
+    this.cut.node.setAttribute("aria-label", "The distance along rotation at this x, for both");
+    for (const [k, canvas] of this.canvases.entries()) {
+      const lowest = Math.min(...this.maps[k]).toFixed(2);
+      canvas.node.setAttribute("aria-label", `${this.title(k)}: the distance over x and rotation, lowest ${lowest}, here ${words[k]}`); // prettier-ignore
+      canvas.redraw();
+    }
+    this.frame.redraw();
+    this.cut.redraw();
+  }
+
+  title(k) {
+    const { layout } = this.controls.values;
+    return k === 0 ? "(a) one kernel" : layout === "one" ? "(b) one kernel again" : `(b) ${layout} kernels`; // prettier-ignore
+  }
+
+  drawFrame(pen, width, height) {
+    if (!this.picture) return;
+    const [left, top, shown] = SHOWN;
+    const scale = width / shown;
+    pen.drawImage(this.picture, ...SHOWN, 0, 0, width, height);
+    const onto = ([x, y]) => [(x + 0.5 - left) * scale, (y + 0.5 - top) * scale];
+    outline(pen, corners(this.data.region).map(onto), "#333", 1);
+    const region = this.point();
+    outline(pen, corners(region).map(onto), RED);
+    this.knob = onto(warp(region, [1, 0]));
+    pen.beginPath();
+    pen.arc(...this.knob, 7, 0, 7);
+    Object.assign(pen, { fillStyle: RED, strokeStyle: "#fff", lineWidth: 2 });
+    pen.fill();
+    pen.stroke();
+  }
+
+  mapBox(width, height) {
+    return [38, 22, width - 44, height - 62];
+  }
+
+  drawMap(k, pen, width, height) {
+    const map = this.maps[k];
+    if (!map.length || !this.targets) return;
+    const [left, top, w, h] = this.mapBox(width, height);
+    const small = el("canvas", { width: CELLS, height: CELLS });
+    const cells = new ImageData(CELLS, CELLS);
+    for (let i = 0; i < map.length; i++) {
+      const row = CELLS - 1 - Math.floor(i / CELLS);
+      const color = this.viridis[Math.min(Math.round((map[i] / 0.9) * 255), 255)];
+      cells.data.set([...color, 255], 4 * (row * CELLS + (i % CELLS)));
+    }
+    small.getContext("2d").putImageData(cells, 0, 0);
+    pen.imageSmoothingEnabled = this.whole;
+    pen.drawImage(small, left, top, w, h);
+    const { extent, x, rotation } = this.controls.values;
+    const limits = { x: [-extent, extent], y: [-TURN, TURN], xlabel: "x [px]", ylabel: `${this.title(k)}, rotation [deg]` }; // prettier-ignore
+    const { across, down } = axes(pen, [left, top, w, h], limits);
+    const [u, v] = [across(Math.min(Math.max(x, -extent), extent)), down(rotation)];
+    for (const [style, thick] of [["#fff", 4], [RED, 2]]) { // prettier-ignore
+      Object.assign(pen, { strokeStyle: style, lineWidth: thick });
+      pen.beginPath();
+      for (const [dx, dy] of [[8, 0], [0, 8]]) { // prettier-ignore
+        pen.moveTo(u - dx, v - dy);
+        pen.lineTo(u + dx, v + dy);
+      }
+      pen.stroke();
+    }
+  }
+
+  drawCut(pen, width, height) {
+    if (!this.cuts) return;
+    const box = [38, 22, width - 50, height - 62];
+    const { x, rotation } = this.controls.values;
+    const limits = { x: [-TURN, TURN], y: [0, 0.9], xlabel: "rotation [deg]", ylabel: `distance at x = ${number(x)} px` }; // prettier-ignore
+    const { across, down } = axes(pen, box, limits);
+    const ink = pen.fillStyle;
+    this.cuts.forEach((cut, k) => {
+      pen.beginPath();
+      cut.forEach((d, row) => pen.lineTo(across((this.theta[row] * 180) / Math.PI), down(d)));
+      Object.assign(pen, { strokeStyle: COLORS[k], lineWidth: 2.5, fillStyle: COLORS[k] });
+      pen.setLineDash(k ? [] : [6, 4]);
+      pen.stroke();
+      pen.setLineDash([]);
+      pen.fillRect(across(-TURN) + 10 + 130 * k, 30, 16, 3);
+      Object.assign(pen, { fillStyle: ink, textAlign: "left" });
+      pen.fillText(this.title(k), across(-TURN) + 31 + 130 * k, 36);
+      pen.beginPath();
+      pen.arc(across(rotation), down(this.here[k]), 4, 0, 7);
+      pen.fillStyle = RED;
+      pen.fill();
+    });
+  }
+
+  hands() {
+    const set = (x, rotation, quick) => this.controls.set({ x, rotation }, quick);
+    const settle = () => this.controls.set({});
+    const places = { begin: [0, 0], turning: false };
+    this.frame.dragged(
+      ([u, v]) => {
+        const { x, rotation } = this.controls.values;
+        const [ku, kv] = this.knob;
+        places.turning = Math.hypot(u - ku, v - kv) < 22;
+        places.begin = [u, x, rotation];
+      },
+      ([u, v]) => {
+        const [left, top, shown] = SHOWN;
+        const scale = this.frame.node.clientWidth / shown;
+        const [begin, x, rotation] = places.begin;
+        if (!places.turning) return set(x + (u - begin) / scale, rotation, true);
+        const [cx, cy] = this.point();
+        const turn = Math.atan2(v / scale + top - 0.5 - cy, u / scale + left - 0.5 - cx);
+        set(x, Math.round((turn * 180) / Math.PI), true);
+      },
+      settle,
+    );
+    const step = ([right, down]) => {
+      const { x, rotation } = this.controls.values;
+      set(x + right, rotation + 2 * down);
+    };
+    this.frame.keyed(step);
+    for (const canvas of this.canvases) {
+      const to = ([u, v]) => {
+        const { clientWidth, clientHeight } = canvas.node;
+        const [left, top, w, h] = this.mapBox(clientWidth, clientHeight);
+        const { extent } = this.controls.values;
+        const x = Math.min(Math.max((2 * (u - left)) / w - 1, -1), 1) * extent;
+        set(Math.round(2 * x) / 2, Math.round(TURN - (2 * TURN * (v - top)) / h), true);
+      };
+      canvas.dragged(to, to, settle);
+      canvas.keyed(([right, down]) => step([right, -down]));
+    }
+  }
+}
+
+export async function surfaces(panel, name) {
+  const figure = new Surfaces(panel, name, await load("surfaces"));
+  figure.controls.show();
+  if (!figure.controls.read()) await figure.follow();
+}

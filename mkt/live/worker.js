@@ -1,0 +1,55 @@
+// The trackers beside the page, so that it never waits: one answer to each message.
+
+import { colorBins, combinedInit, combinedStep, learn, random } from "./engine.js";
+
+const bins = colorBins();
+let [known, state, rng] = [null, null, null];
+
+// Another number of particles: all weigh the same, so they are drawn anew.
+function resized(filter, n) {
+  const { regions, velocities } = filter.particles;
+  if (regions.length === n) return filter;
+  const chosen = Array.from({ length: n }, (_, i) => Math.floor((i * regions.length) / n));
+  const particles = {
+    regions: chosen.map((i) => regions[i]),
+    velocities: chosen.map((i) => velocities[i]),
+  };
+  return { ...filter, particles };
+}
+
+const answers = {
+  // Learn the object inside a region of a picture.
+  learn({ picture, region, options, seed }) {
+    rng = random(seed);
+    known = { image: bins(picture), region, layout: options.filter.kernels.layout };
+    state = combinedInit(options, known.image, region, rng);
+    return { region };
+  },
+  // Find it in the next one.
+  step({ picture, options }) {
+    const began = performance.now();
+    const { filter } = options;
+    if (known.layout !== filter.kernels.layout) {
+      known.layout = filter.kernels.layout;
+      const target = learn(known.image, known.region, filter.kernels);
+      state = { ...state, filter: { ...state.filter, target } };
+    }
+    state = { ...state, filter: resized(state.filter, filter.n) };
+    const image = bins(picture);
+    const [next, found] = combinedStep(options, state, image, rng);
+    state = next;
+    const { region, distance, lost, nEff, particles, weights, steps } = found;
+    const crowd = Float32Array.from(particles.flatMap(([x, y], i) => [x, y, weights[i]]));
+    const cost = performance.now() - began;
+    return { region, distance, lost, nEff, crowd, steps, cost };
+  },
+};
+
+self.onmessage = ({ data }) => {
+  try {
+    const answer = answers[data.kind](data);
+    self.postMessage({ ...answer, kind: data.kind, picture: data.picture });
+  } catch (error) {
+    self.postMessage({ kind: "trouble", words: error.message });
+  }
+};

@@ -1,0 +1,538 @@
+"""Drawings of mechanisms, one at the head of a chapter: crisp at any size.
+
+They are no figures of a paper and have no sliders.  Where a drawing has numbers, they
+are computed by the library, so that it cannot show what the code does not do.  Each
+returns a Figure; `vector` turns it into a picture for a page.
+"""
+
+import base64
+import html
+from collections.abc import Callable, Sequence
+from functools import wraps
+from io import BytesIO
+from typing import Any
+
+import matplotlib
+import numpy as np
+from IPython.display import HTML
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse, Polygon, Rectangle
+
+from mkt.evaluation import overlap
+from mkt.histograms import coefficient, log_likelihood
+from mkt.particles import SCHEMES, effective_sample_size, normalised
+from mkt.plotting import CONTRAST, CURRENT, DESIRED, EIGHT, TRACKERS, TRUTH, in_style
+from mkt.plotting import new_figure as blank
+from mkt.regions import from_box
+from mkt.types import Array
+
+BLUE, ORANGE, PURPLE = CONTRAST
+ARROW: dict[str, Any] = {"arrowstyle": "-|>", "color": TRUTH, "lw": 1.2}
+BOX = {"boxstyle": "round,pad=0.5", "fc": "aliceblue", "ec": BLUE}
+MIDDLE = {"ha": "center", "va": "center"}
+PIXELS = 80  # for each inch: 10 pt are 11 px
+
+
+def vector(fig: Figure, alt: str) -> HTML:
+    """A Figure as a picture of lines and curves, sharp on every screen.
+
+    Parameters
+    ----------
+    fig : matplotlib.figure.Figure
+    alt : str
+        What is to be seen, in words.
+    """
+    data = BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "mkt", "svg.fonttype": "path"}):
+        fig.savefig(data, format="svg", metadata={"Date": None})
+    uri = base64.b64encode(data.getvalue()).decode()
+    width = round(fig.get_figwidth() * PIXELS)
+    text = html.escape(alt, quote=True)
+    return HTML(
+        f'<img src="data:image/svg+xml;base64,{uri}" alt="{text}" width="{width}" '
+        'style="max-width: 100%; height: auto; background: white">'
+    )
+
+
+def drawing(width: float, height: float) -> Callable:
+    """Decorator: a function that draws on a Figure of this size [inch].
+
+    Its docstring's second paragraph says in words what is to be seen.  The function
+    that results takes no arguments and returns the picture; its `figure` returns the
+    Figure.
+    """
+
+    def decorate(function: Callable[[Figure], None]) -> Callable[[], HTML]:
+        def figure() -> Figure:
+            with in_style():
+                fig = blank((width, height))
+                function(fig)
+                return fig
+
+        @wraps(function)
+        def picture() -> HTML:
+            words = (function.__doc__ or "").split("\n\n")[1]
+            with in_style():
+                return vector(figure(), " ".join(words.split()))
+
+        picture.figure = figure  # pyright: ignore[reportFunctionMemberAccess]
+        return picture
+
+    return decorate
+
+
+def _canvas(fig: Figure, width: float, height: float) -> Axes:
+    """Axes without lines over all of the Figure, in units of our own."""
+    ax = fig.add_axes((0, 0, 1, 1))
+    ax.set(xlim=(0, width), ylim=(0, height))
+    ax.set_axis_off()
+    return ax
+
+
+def _arrow(
+    ax: Axes, start: Sequence[float], end: Sequence[float], **style: Any
+) -> None:
+    ax.annotate("", end, start, arrowprops=ARROW | {"shrinkA": 0} | style)
+
+
+def _boxes(ax: Axes, words: Sequence[str], x: Sequence[float], y: float) -> None:
+    """Boxes in a row."""
+    for text, place in zip(words, x, strict=True):
+        ax.text(place, y, text, bbox=BOX, **MIDDLE)
+
+
+@drawing(9, 3)
+def newton_on_kernels(fig: Figure) -> None:
+    """A ball on a surface, and a kernel over pixels: chapter 4.
+
+    Left, a ball on a curve with two bowls: from the right start it jumps to the
+    bottom of the parabola that fits the curve under it, from another start into the
+    wrong bowl. Right, a kernel is moved over a row of coloured pixels: the pixels stay
+    in their bins, and only their weights change.
+    """
+    left, right = fig.subplots(1, 2, gridspec_kw={"bottom": 0.16, "wspace": 0.12})
+    x = np.linspace(-3.2, 5.2, 400)
+    left.plot(x, _two_bowls(x), color=TRUTH, lw=1.5)
+    for start, color in ((0.78, CURRENT), (3.42, DESIRED)):
+        value, slope, bend = _two_bowls(start), *_slopes(start)
+        end = start - slope / bend
+        near = np.linspace(min(start, end) - 0.6, max(start, end) + 0.6, 50)
+        fitted = value + slope * (near - start) + bend / 2 * (near - start) ** 2
+        left.plot(near, fitted, "--", color=color, lw=1.2)
+        left.plot(start, value, "o", color=color, ms=11)
+        _arrow(left, (start, value), (end, _two_bowls(end)), color=color)
+    left.text(0, -0.15, "the target", **MIDDLE)
+    left.text(4.1, 0.13, "something like it", **MIDDLE)
+    left.set(xlim=(-3.2, 5.2), ylim=(-0.25, 1.2), xticks=[], yticks=[])
+    left.set(xlabel="place, angle, size", ylabel="$O(x)$")
+    _draw_row(right)
+
+
+def _two_bowls(x: Any) -> Any:
+    """A curve with its lowest point at 0 and another one near 3.8."""
+    return 1 - np.exp(-((x / 1.7) ** 2)) - 0.65 * np.exp(-(((x - 3.8) / 1.1) ** 2))
+
+
+def _slopes(x: float, h: float = 1e-3) -> tuple[float, float]:
+    """The first derivative of the curve, and the second."""
+    low, middle, high = (_two_bowls(x + k * h) for k in (-1, 0, 1))
+    return (high - low) / (2 * h), (high - 2 * middle + low) / h**2
+
+
+def _draw_row(ax: Axes) -> None:
+    """Pixels that stay, and a kernel before and after a move."""
+    bins = np.array([0, 0, 1, 1, 1, 2, 2, 1, 0, 0, 2, 0])
+    for k, label in enumerate(bins):
+        color = (BLUE, ORANGE, PURPLE)[label]
+        ax.add_patch(Rectangle((k, -0.3), 1, 0.3, fc=color, ec="white"))
+    for centre, style in ((4.5, "-"), (6.5, "--")):
+        x = np.linspace(centre - 3, centre + 3, 60)
+        ax.plot(x, 1 - ((x - centre) / 3) ** 2, style, color=TRUTH, lw=1.5)
+    k = 8  # a pixel that only the moved kernel sees well
+    ax.plot([k + 0.5] * 2, [0, 1 - (2 / 3) ** 2], color=BLUE, lw=2)
+    ax.text(9.7, 0.55, "its weight grows,\nits bin stays", va="center")
+    _arrow(ax, (4.6, 1.12), (6.4, 1.12))
+    ax.text(5.5, 1.22, "the kernel moves", **MIDDLE)
+    ax.text(6, -0.45, "the pixels stay", **MIDDLE)
+    ax.set(xlim=(0, 13.5), ylim=(-0.6, 1.32))
+    ax.set_axis_off()
+
+
+def eight() -> dict[str, Array]:
+    """The two generations of `cycle`: places, weights and ancestors of eight particles.
+
+    Returns
+    -------
+    dict
+        before, predicted, weights : (8,) arrays; ancestors : (8,) int array; likelihood
+        : callable of a place; truth, estimate, n_eff : float.
+    """
+    rng = np.random.default_rng(6)
+    before = np.sort(rng.normal(30, 6, 8))
+    truth = 42.0
+    predicted = before + 10 + rng.normal(0, 4, 8)
+
+    def likelihood(x):
+        d2 = 0.75 * (1 - np.exp(-(((x - truth) / 10) ** 2)))
+        return np.exp(log_likelihood(1 - np.atleast_1d(d2)[:, None], 10.0))
+
+    weights = normalised(np.log(likelihood(predicted)))
+    return {
+        "before": before,
+        "predicted": predicted,
+        "weights": weights,
+        "ancestors": SCHEMES["systematic"](weights, rng),
+        "likelihood": likelihood,
+        "truth": truth,
+        "estimate": weights @ predicted,
+        "n_eff": effective_sample_size(weights),
+    }  # pyright: ignore[reportReturnType]
+
+
+@drawing(9, 3.6)
+def cycle(fig: Figure) -> None:
+    """One round of the particle filter: chapter 5.
+
+    Eight coloured particles go through one round. Predict: each moves on by its
+    velocity and a little chance. Weigh: each gets a stick as high as the likelihood at
+    its place. Estimate: the weighted mean, near the truth. Draw: heavy particles are
+    copied, in their colours, and light ones are gone.
+    """
+    made, ax = eight(), _canvas(fig, 70, 36)
+    titles = ("1 predict", "2 weigh", "3 estimate", "4 draw")
+    ax.plot([made["truth"]] * 2, [0, 33.5], color="0.8", lw=6, zorder=0)
+    ax.text(made["truth"], 34.7, "the car is here", **MIDDLE)
+    ax.text(0.5, 32, "before", va="center")
+    for title, y in zip(titles, (28, 18, 10, 2.5), strict=True):
+        ax.text(0.5, y, title, weight="bold", va="center")
+        ax.plot([13, 69], [y - 1] * 2, color="0.6", lw=0.8, zorder=0)
+    _draw_prediction(ax, made["before"], made["predicted"])
+    x = np.linspace(14, 68, 200)
+    ax.plot(x, 17 + 6.5 * made["likelihood"](x), color="0.6", lw=1)
+    for place, weight, color in zip(
+        made["predicted"], made["weights"], EIGHT, strict=True
+    ):
+        height = 6.5 * weight / made["weights"].max()
+        ax.plot([place] * 2, [17, 17 + height], color=color, lw=4)
+    ax.plot(made["estimate"], 10.2, "D", color=CURRENT, ms=9, mec=TRUTH)
+    ax.text(made["estimate"] + 1.5, 10.3, "weighted mean", va="center")
+    ax.text(69, 21, f"$N_{{eff}}$ = {made['n_eff']:.1f} of 8", ha="right")
+    _draw_offspring(ax, made["predicted"], made["ancestors"])
+
+
+def _draw_prediction(ax: Axes, before: Array, predicted: Array) -> None:
+    style = {"ms": 8, "mec": TRUTH, "mew": 0.6}
+    for start, end, color in zip(before, predicted, EIGHT, strict=True):
+        ax.plot(start, 32, "o", color=color, **style)
+        ax.plot(end, 27.7, "o", color=color, **style)
+        _arrow(ax, (start, 31.4), (end, 28.4), lw=0.7)
+
+
+def _draw_offspring(ax: Axes, places: Array, ancestors: Array) -> None:
+    """Copies stand on one another; a cross where a particle has none."""
+    counts = np.bincount(ancestors, minlength=len(places))
+    style = {"ms": 8, "mec": TRUTH, "mew": 0.6}
+    for place, count, color in zip(places, counts, EIGHT, strict=True):
+        if not count:
+            ax.plot(place, 2.2, "x", color=color, ms=7, mew=2)
+        for k in range(count):
+            ax.plot(place, 2.2 + 1.9 * k, "o", color=color, **style)
+
+
+@drawing(9, 2.1)
+def switch(fig: Figure) -> None:
+    """Filter, switch, optimiser: chapter 6.
+
+    A frame goes to a filter of 75 particles. Its mean and the distance there go to a
+    switch. If the distance is at most epsilon the optimiser walks the last bit, and its
+    end is the answer; otherwise the mean is. Nothing flows back to the filter.
+    """
+    ax = _canvas(fig, 90, 21)
+    _boxes(ax, ["frame", "filter,\n75 particles"], [7, 23], 11)
+    _boxes(ax, ["optimiser"], [64], 16)
+    _boxes(ax, ["answer"], [83], 11)
+    diamond = [(44, 15.5), (51, 11), (44, 6.5), (37, 11)]
+    ax.add_patch(Polygon(diamond, fc="#fff4dc", ec=ORANGE))
+    ax.text(44, 11, r"$d_m \leq \varepsilon$?", **MIDDLE)
+    for start, end in (((10, 11), (16.2, 11)), ((29.6, 11), (37, 11))):
+        _arrow(ax, start, end)
+    ax.text(33.5, 12.8, r"$\bar x$, $d_m$", **MIDDLE)
+    ax.plot([44, 44], [15.5, 16], color=TRUTH, lw=1.2)
+    _arrow(ax, (44, 16), (58, 16))
+    ax.text(50, 17.6, "yes: seen", color=TRACKERS["combined"], **MIDDLE)
+    _arrow(ax, (70, 16), (79.5, 12.6))
+    ax.plot([44, 44, 75], [6.5, 4, 4], color=TRUTH, lw=1.2)
+    _arrow(ax, (75, 4), (80, 9))
+    ax.text(59, 5.5, "no: hidden, or lost", color=DESIRED, **MIDDLE)
+    ax.plot([23, 23, 7], [7.2, 1.5, 1.5], color="0.4", lw=1.2)
+    _arrow(ax, (7, 1.5), (7, 8.8), color="0.4")
+    ax.text(15, 2.9, "next frame", color="0.3", **MIDDLE)
+
+
+@drawing(9, 2.6)
+def self_motion(fig: Figure) -> None:
+    """Measure, filter, add: chapter 9.
+
+    Left, the loop: what the image did, minus what the camera did, is what the car
+    did; a filter smooths it, and the law adds it to the gain times the error. Right,
+    three bells: the prediction is broad, the measurement narrower, and their product,
+    the corrected estimate, is narrower than both and nearer to the measurement.
+    """
+    ax = fig.add_axes((0, 0, 0.62, 1))
+    ax.set(xlim=(0, 62), ylim=(0, 26))
+    ax.set_axis_off()
+    seen = "the image did\n$(e_k - e_{k-1}) / \\Delta t$"
+    done = "the camera did\n$L\\,v_{k-1}$"
+    _boxes(ax, [seen, done], [12, 12], 20)
+    ax.texts[1].set_y(5)
+    ax.text(28, 12.5, "$-$", size=16, bbox=BOX | {"boxstyle": "circle"}, **MIDDLE)
+    _arrow(ax, (19, 17), (26, 13.8))
+    _arrow(ax, (19, 8), (26, 11.2))
+    _boxes(ax, ["filter\n$K$", "law"], [42, 56], 12.5)
+    _arrow(ax, (30.4, 12.5), (38.6, 12.5))
+    ax.text(34.6, 14.7, "the car\ndid, $z_k$", ha="center", va="bottom")
+    _arrow(ax, (45.6, 12.5), (53.3, 12.5))
+    ax.text(49.3, 14.4, r"$\widehat{\partial e}/\partial t$", **MIDDLE)
+    ax.plot([56, 56, 12], [9.6, 1, 1], color=TRUTH, lw=1.2)
+    _arrow(ax, (12, 1), (12, 2.2))
+    ax.text(38, 2.4, "$v_k$, until the next frame", **MIDDLE)
+    _draw_bells(fig.add_axes((0.66, 0.2, 0.32, 0.66)))
+
+
+def bells(
+    prior: tuple[float, float], measured: tuple[float, float]
+) -> tuple[float, float]:
+    """Mean and variance of the product of two Gaussian densities: one Kalman step.
+
+    With K = P / (P + R) the mean is m + K (z - m), the variance (1 - K) P.
+
+    Parameters
+    ----------
+    prior : (m, P)
+    measured : (z, R)
+    """
+    (m, P), (z, R) = prior, measured
+    K = P / (P + R)
+    return m + K * (z - m), (1 - K) * P
+
+
+def _draw_bells(ax: Axes) -> None:
+    prior, measured = (0.0, 4.0), (3.0, 2.0)
+    shown = {
+        "predicted, $P$": (prior, BLUE),
+        "measured, $R$": (measured, ORANGE),
+        "corrected": (bells(prior, measured), CURRENT),
+    }
+    x = np.linspace(-6, 8, 200)
+    for name, ((mean, variance), color) in shown.items():
+        height = np.exp(-((x - mean) ** 2) / 2 / variance) / np.sqrt(variance)
+        ax.plot(x, height, color=color, label=name, lw=2)
+    ax.set(yticks=[], xticks=[], xlabel="velocity of the car", xlim=(-6, 8))
+    ax.set_ylim(0, 1.35)
+    ax.legend(loc="upper left", borderaxespad=0, labelspacing=0.2)
+
+
+@drawing(9, 3)
+def moving_ellipse(fig: Figure) -> None:
+    """An ellipse with velocities: chapter 10.
+
+    One sample: an upright ellipse with its centre, its half axes and an arrow for
+    its velocity. A moment later it is further on along the arrow, larger because the
+    size grows too, and a little off because of the noise.
+    """
+    ax = _canvas(fig, 90, 30)
+    first = Ellipse((16, 12), 16, 22, fc="aliceblue", ec=BLUE, lw=2)
+    ax.add_patch(first)
+    ax.plot(16, 12, "o", color=TRUTH, ms=5)
+    ax.text(15, 13.6, "$(x, y)$", ha="right")
+    for end, name, place in (
+        ((24, 12), "$H_x$", (20.4, 10.2)),
+        ((16, 1), "$H_y$", (17.8, 5.5)),
+    ):
+        ax.plot([16, end[0]], [12, end[1]], color=BLUE, lw=1.5)
+        ax.text(*place, name, **MIDDLE)
+    _arrow(ax, (16, 12), (36, 17), lw=2, color=ORANGE)
+    ax.text(29, 18.6, r"$(\dot x, \dot y)$", color="#8a5f00", **MIDDLE)
+    ax.add_patch(Ellipse((36, 17), 17.2, 23.6, fill=False, ec="0.45", ls="--"))
+    ax.text(45.5, 23.4, r"$A\,s$: moved, and grown by $\dot a$", va="center")
+    ax.add_patch(Ellipse((38, 14.5), 18, 24.8, fill=False, ec=BLUE, lw=2))
+    ax.text(48.5, 14.5, "$A\\,s + w$: with chance;\nthe next sample", va="center")
+    ax.text(73, 7, "seven numbers:", ha="center")
+    seven = r"$s = (x, y, \dot x, \dot y, H_x, H_y, \dot a)$"
+    ax.text(73, 4, seven, ha="center", va="center")
+
+
+@drawing(9, 2.6)
+def two_modes(fig: Figure) -> None:
+    """Two modes: chapter 11.
+
+    A state diagram of two modes. Tracking stays while enough samples appear, and
+    also for fewer than five frames in which too few do. After five frames on end it
+    changes to initialising, which places samples anew in each frame and changes back in
+    the first frame in which more than b N appear.
+    """
+    ax = _canvas(fig, 90, 26)
+    for x, name, what, color in (
+        (23, "tracking", "select, propagate,\nweigh, estimate, learn", CURRENT),
+        (67, "initialising", "place samples anew\nin the zones", ORANGE),
+    ):
+        ax.add_patch(Ellipse((x, 13), 25, 15, fc="white", ec=color, lw=2.5))
+        ax.text(x, 15.6, name, weight="bold", **MIDDLE)
+        ax.text(x, 11.2, what, **MIDDLE)
+    bow = {"connectionstyle": "arc3,rad=-0.28", "shrinkB": 0}
+    _arrow(ax, (32, 18.5), (58, 18.5), **bow)
+    ax.text(45, 23.8, "fewer than $b\\,N$ appear in 5 frames on end", **MIDDLE)
+    _arrow(ax, (58, 7.5), (32, 7.5), **bow)
+    ax.text(45, 2, "more than $b\\,N$ appear in one frame", **MIDDLE)
+    ax.text(45, 13, "$b = .1$", **MIDDLE)
+    _loop_back(ax, 5.5, "a short\nocclusion", -1)
+    _loop_back(ax, 84.5, "nobody\nyet", 1)
+
+
+def _loop_back(ax: Axes, x: float, words: str, side: int) -> None:
+    """An arrow from a state back to itself, at its left (-1) or its right (1)."""
+    edge = x - 5.2 * side
+    bow = {"connectionstyle": f"arc3,rad={-1.6 * side}", "shrinkB": 0}
+    _arrow(ax, (edge, 16.2), (edge, 9.8), **bow)
+    ax.text(x, 21, words, **MIDDLE)
+
+
+CAR_LOOK = np.array([0.70, 0.20, 0.05, 0.05])
+GROUND_LOOK = np.array([0.05, 0.15, 0.35, 0.45])
+
+
+def creep(alpha: float, shares: Array) -> tuple[Array, Array]:
+    """A model that learns while its estimate creeps off a car of four colours.
+
+    Parameters
+    ----------
+    alpha : float
+        Share of each frame in the model.
+    shares : (T,) array
+        How much of the ellipse the car fills.
+
+    Returns
+    -------
+    score, car : (T,) arrays
+        Coefficient of the model with what is under the ellipse, before it learns that,
+        and with the car.
+    """
+    q, score, car = CAR_LOOK, [], []
+    for share in shares:
+        p = share * CAR_LOOK + (1 - share) * GROUND_LOOK
+        score.append(coefficient(p, q))
+        q = (1 - alpha) * q + alpha * p
+        car.append(coefficient(CAR_LOOK, q))
+    return np.array(score), np.array(car)
+
+
+@drawing(9, 2.7)
+def drift(fig: Figure) -> None:
+    """Drift, step by step: chapter 12.
+
+    Six frames. An ellipse creeps off a car, a little further in each. Below each
+    frame stand two bars: the score of the ellipse with the model, which stays high, and
+    the likeness of the model to the car, which falls; the gate lets every step pass.
+    """
+    shares = np.linspace(1, 0, 6)
+    score, car = creep(0.6, shares)
+    upper = fig.add_axes((0.1, 0.5, 0.89, 0.48))
+    upper.set(xlim=(-0.5, 5.5), ylim=(0, 1))
+    upper.set_axis_off()
+    for k, share in enumerate(shares):
+        upper.add_patch(Rectangle((k - 0.32, 0.3), 0.4, 0.4, fc=BLUE, ec="none"))
+        centre = k - 0.12 + 0.42 * (1 - share)
+        shape = Ellipse((centre, 0.5), 0.42, 0.75, fill=False, ec=CURRENT, lw=2)
+        upper.add_patch(shape)
+        upper.text(k, 0.0, f"frame {k}", ha="center")
+    lower = fig.add_axes((0.1, 0.13, 0.89, 0.33))
+    k = np.arange(6)
+    lower.bar(k - 0.15, score, 0.28, color=CURRENT, label="its own score")
+    lower.bar(k + 0.15, car, 0.28, color=BLUE, label="the model's likeness to the car")
+    lower.axhline(0.8, color=DESIRED, lw=1, ls="--")
+    lower.text(5.47, 0.83, "gate", color=DESIRED, ha="right")
+    lower.set(xlim=(-0.5, 5.5), ylim=(0, 1.05), xticks=[], ylabel=r"$\rho$")
+    place = {"loc": "upper center", "bbox_to_anchor": (0.45, 0.02)}
+    lower.legend(ncols=2, borderaxespad=0.1, **place)
+
+
+@drawing(9, 2.7)
+def hybrid(fig: Figure) -> None:
+    """Two ways to go on, and a search that widens: chapter 13.
+
+    Three moments of a walker and a wall. In view, half of the particles walk at
+    random round the last place and half have gone on with the walker. Just hidden, all
+    are spread evenly round the last place, half of them moved on. Longer hidden, the
+    spread is wider, and when the walker comes out some particle is near.
+    """
+    axes = fig.subplots(1, 3, gridspec_kw={"left": 0.01, "right": 0.99, "wspace": 0.05})
+    titles = "in view", "hidden for 1 frame", "hidden for 6 frames"
+    rng, speed = np.random.default_rng(2), 1.5
+    for ax, title, hidden in zip(axes, titles, (0, 1, 6), strict=True):
+        last = 8.0
+        chance = rng.normal(0, 0.8, (40, 2))
+        if hidden:
+            chance = rng.uniform(-1, 1, (40, 2)) * (1.5 + 0.45 * hidden)
+        places = np.array([last, 5.0]) + chance
+        places[20:, 0] += speed * max(hidden, 1)
+        ax.add_patch(Rectangle((10.5, 0.2), 5.5, 9.6, fc="0.85", ec="none"))
+        ax.plot(*places[:20].T, "o", ms=4.5, color=BLUE, label="walkers")
+        ax.plot(*places[20:].T, "^", ms=5, color=ORANGE, label="runners")
+        ax.plot(last, 5, "+", color=TRUTH, ms=13, mew=2, label="last estimate")
+        ax.plot(last + speed * max(hidden, 1), 5, "*", color=CURRENT, ms=16, mec=TRUTH)
+        ax.set(xlim=(1, 23), ylim=(0, 10), title=title)
+        ax.set_axis_off()
+    axes[0].text(13.2, 9, "wall", **MIDDLE)
+    axes[0].legend(loc="lower right", handletextpad=0.2, borderaxespad=0)
+    axes[2].annotate(
+        "the walker", (17.2, 4.6), (19, 1.2), ha="center", arrowprops=ARROW
+    )
+
+
+@drawing(9, 2.4)
+def two_boxes(fig: Figure) -> None:
+    """Two boxes and their overlap: chapter 14.
+
+    Three pairs of boxes, the truth in black and the answer in red. What both share
+    is shaded; over the area that either covers it is the overlap: high for a small
+    shift, one quarter for an answer of twice the width and height, and zero for two
+    boxes with a gap between them.
+    """
+    pairs = {
+        "a small shift": ([0, 0, 4, 3], [0.6, 0.4, 4, 3]),
+        "twice too large": ([2, 1.5, 4, 3], [0, 0, 8, 6]),
+        "a gap": ([0, 1, 4, 3], [5, 1, 4, 3]),
+    }
+    axes = fig.subplots(1, 3, gridspec_kw={"left": 0.02, "right": 0.98, "top": 0.84})
+    for ax, (name, (truth, answer)) in zip(axes, pairs.items(), strict=True):
+        shared = overlap(from_box(truth), from_box(answer))
+        sides = [(max(a, b), min(a + w, b + v)) for a, w, b, v in _sides(truth, answer)]
+        (left, right), (top, bottom) = sides
+        if right > left and bottom > top:
+            size = right - left, bottom - top
+            ax.add_patch(Rectangle((left, top), *size, fc="#f3d3d4", ec="none"))
+        for (x, y, width, height), color in ((truth, TRUTH), (answer, DESIRED)):
+            box = Rectangle((x, y), width, height, fill=False, ec=color, lw=2)
+            ax.add_patch(box)
+        ax.set_title(f"{name}: $A$ = {shared:.2f}")
+        ax.set(xlim=(-0.5, 9.5), ylim=(6.4, -0.4), aspect="equal")
+        ax.set_axis_off()
+
+
+def _sides(a: Sequence[float], b: Sequence[float]) -> list[tuple[float, ...]]:
+    """Starts and lengths of two boxes along x, and along y."""
+    return [(a[k], a[k + 2], b[k], b[k + 2]) for k in (0, 1)]
+
+
+DRAWINGS = {
+    "04": newton_on_kernels,
+    "05": cycle,
+    "06": switch,
+    "09": self_motion,
+    "10": moving_ellipse,
+    "11": two_modes,
+    "12": drift,
+    "13": hybrid,
+    "14": two_boxes,
+}

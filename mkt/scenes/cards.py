@@ -1,0 +1,62 @@
+"""Cards that turn in space: textured planes under perspective, with exact truth.
+
+A card moves as the items of `mkt.scenes.questions` do and tilts out of the image plane
+besides, up to 45 degrees about each of its axes.  It faces the camera in the first
+frame, where it is learnt.
+
+Shown in notebook 16.
+"""
+
+import numpy as np
+
+from mkt.scenes.drawn import GROUNDS
+from mkt.scenes.paths import LENGTH, Path, as_path, roaming, way
+from mkt.scenes.rendering import Layer, Scene
+from mkt.types import Rng
+
+CARDS = ("badge", "cat", "motorcycle", "astronaut")
+CARD_WIDTH = 100.0  # [px] at scale 1
+STEEPEST = np.pi / 4
+KINDS = ("base", "blur", "noise", "occlusion")
+
+
+def card(kind: str, seed: int) -> Scene:
+    """The scene that a seed gives: sixteen seeds are all pairs of a card and a ground.
+
+    Parameters
+    ----------
+    kind : str
+        "base"; "blur": the shutter is open nearly all the time; "noise": five times as
+        much; "occlusion": a post stands in the way, which hides a third of the card
+        where it passes.
+    seed : int
+
+    Raises
+    ------
+    ValueError
+        For an unknown kind.
+    """
+    if kind not in KINDS:
+        raise ValueError(f"kind is {kind!r}; it must be one of {', '.join(KINDS)}")
+    rng = np.random.default_rng((16, seed))
+    path = roaming(rng, every=30, turn=0.3, growth=0.2)
+    item, ground = CARDS[seed % 4], GROUNDS[seed // 4 % 4]
+    target = Layer(item, CARD_WIDTH, path, tilt=tilting(rng))
+    post = Layer("gravel", 34.0, way([0.0, LENGTH], 160.0, [40.0, 200.0]))
+    return Scene(
+        target,
+        ground,
+        LENGTH,
+        front=(post,) if kind == "occlusion" else (),
+        shutter=0.9 if kind == "blur" else 0.5,
+        noise=15.0 if kind == "noise" else 3.0,
+        seed=seed,
+    )
+
+
+def tilting(rng: Rng, length: int = LENGTH, every: int = 30) -> Path:
+    """A smooth random tilt (frame, about x [rad], about y [rad]) that starts flat."""
+    times = np.arange(-every, length + every, every, dtype=float)
+    tilts = rng.uniform(-STEEPEST, STEEPEST, (len(times), 2))
+    tilts[:2] = 0
+    return as_path(np.column_stack([times, tilts]))

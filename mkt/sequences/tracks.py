@@ -1,0 +1,150 @@
+"""Tracks as text: a row for each frame; boxes that were found elsewhere; MOT's rows.
+
+`COLUMNS` and `row` are the table of our own tracks, which has the angle too.  `read`
+takes such a table, or boxes in the form of the truth of the sequence that they belong
+to: what a tracker for OTB writes is counted from 1 as OTB's truth is, and so on.
+"""
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mkt.evaluation import overlap
+from mkt.files import DataError, existing_file, whole
+from mkt.regions import from_box, to_box
+from mkt.sequences import formats
+from mkt.sequences.benchmarks import Found
+from mkt.tracking import Info, Sequence, Track
+from mkt.types import Regions
+
+COLUMNS = (
+    "frame",
+    "cx [px]",
+    "cy [px]",
+    "theta [deg]",
+    "hx [px]",
+    "hy [px]",
+    "score",
+    "lost",
+)
+ONE = 1  # the id of the target in MOT's rows, and what its frames and pixels begin with
+
+
+def row(k: int, info: Info) -> list[Any]:
+    """The info of frame k as the numbers of `COLUMNS`."""
+    cx, cy, theta, hx, hy = info["region"]
+    numbers = [f"{x:.3f}" for x in (cx, cy, np.degrees(theta), hx, hy)]
+    return [k, *numbers, f"{info['score']:.4g}", int(info["lost"])]
+
+
+def mot_row(k: int, info: Info) -> list[Any]:
+    """The info of frame k as a row of MOT's results: the upright box round it.
+
+    It is ``frame,id,left,top,width,height,confidence,-1,-1,-1``.
+    """
+    x, y, w, h = to_box(info["region"])
+    numbers = [f"{number:.3f}" for number in (x + ONE, y + ONE, w, h)]
+    return [k + ONE, ONE, *numbers, f"{info['score']:.4g}", -1, -1, -1]
+
+
+def write(track: Track, path: Path, first: int = 0) -> None:
+    """Write a track as a table (.csv), or as MOT's rows (.txt).
+
+    Parameters
+    ----------
+    track : Track
+    path : Path
+    first : int
+        The track's first frame in the whole sequence of MOT, counted from 0.  MOT's
+        rows are of the whole one; they leave out where the target is said to be lost.
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be written.
+    """
+    infos = [
+        {"region": region, "score": score, "lost": lost}
+        for region, score, lost in zip(*track[:3], strict=True)
+    ]
+    mot = path.suffix == ".txt"
+    rows = [
+        mot_row(first + k, info) if mot else row(k, info)
+        for k, info in enumerate(infos)
+        if not (mot and info["lost"])
+    ]
+    with whole(path) as half, half.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows(
+            rows if mot else [COLUMNS, *rows]
+        )
+
+
+def read(path: Path, found: Found) -> tuple[Track, Sequence]:
+    """A track in a file, for a sequence of a benchmark, and that sequence.
+
+    Parameters
+    ----------
+    path : Path
+        Our table, with its head; or rows in the form of the sequence's own truth.  Of
+        several ids in MOT's rows it is the one whose first box is nearest to the
+        target's: a tracker is told where that is.
+    found : Found
+
+    Returns
+    -------
+    track : Track
+        NaN in frames without a row, and lost there; its score is NaN.
+    clip : Sequence
+
+    Raises
+    ------
+    DataError
+        Naming the file, the line and the remedy.
+    """
+    path, clip = existing_file(path), found.sequence()
+    if path.read_text("utf-8-sig", "replace").startswith(COLUMNS[0]):
+        _, rows = formats.read_numbers(path, (len(COLUMNS),), header=True)
+        regions, lost = rows[:, 1:6], np.asarray(rows[:, 7] > 0)
+        regions[:, 2] = np.radians(regions[:, 2])
+    else:
+        regions = _regions(path, found, clip)
+        lost = np.asarray(np.isnan(regions).any(1))
+    if len(regions) != len(clip):
+        raise DataError(
+            path,
+            f"{len(regions)} rows for the {len(clip)} frames of {found.name}",
+            "every frame needs one row, NaN where nothing was found",
+        )
+    return Track(regions, np.full(len(clip), np.nan), lost, {}), clip
+
+
+def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
+    """The regions in a text of the form that a benchmark's truth has."""
+    if found.archive.name == "MOT15":
+        return _mot_regions(path, found, clip)
+    if found.archive.name == "BoBoT":
+        return formats.bobot_regions(path, clip.frames)[1]
+    readers = {"OTB": formats.otb_regions, "VOT": formats.vot_regions}
+    return readers[found.archive.name](path)[1]
+
+
+def _mot_regions(path: Path, found: Found, clip: Sequence) -> Regions:
+    _, rows = formats.read_numbers(path, (10, 9, 7))
+    index = rows[:, 0].astype(int) - ONE - found.first
+    inside = (index >= 0) & (index < len(clip))
+    rows, index = rows[inside], index[inside]
+    boxes = from_box(rows[:, 2:6] - [ONE, ONE, 0, 0])
+    begun = index == 0
+    if not begun.any():
+        raise DataError(
+            path,
+            f"no box in frame {found.first + ONE}, with which {found.name} begins",
+            "give the rows of the whole sequence",
+        )
+    nearest = np.argmax(overlap(boxes[begun], clip.truth[0], upright=True))
+    mine = rows[:, 1] == rows[begun][nearest, 1]
+    regions = np.full((len(clip), 5), np.nan)
+    regions[index[mine]] = boxes[mine]
+    return regions

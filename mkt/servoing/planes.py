@@ -1,0 +1,99 @@
+"""From the homography of a plane to its pose, and from there to the camera's velocity.
+
+With the camera calibrated, the homography of an object of known size says where it is
+in space and how it is turned: H ~ K [hx r_1, hy r_2, t].  Four features of a region
+leave the camera's tilt in the null space of their interaction matrix; the pose does
+not.
+
+Explained in notebook 16.
+"""
+
+import cv2
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from mkt.homographies import corners
+from mkt.regions import corners as outline
+from mkt.servoing.features import Camera
+from mkt.types import Array, ArrayLike
+
+
+def homography(pose: Array, camera: Camera, sides: ArrayLike) -> Array:
+    """How a rectangle in space is seen.
+
+    Parameters
+    ----------
+    pose : (4, 4) array
+        From the object's coordinates to the camera's [m].
+    camera : Camera
+    sides : (2,) array_like [m]
+        Its length and width.
+
+    Returns
+    -------
+    (3, 3) array
+        From the canonical square to the image [px].
+    """
+    stretch = np.array([*np.asarray(sides, float) / 2, 1.0])
+    h = camera.matrix @ pose[:3, [0, 1, 3]] * stretch
+    return h / h[2, 2]
+
+
+def poses(seen: Array, camera: Camera, sides: ArrayLike) -> list[Array]:
+    """The two poses (4, 4) that explain a homography best, the better one first.
+
+    A plane that is tilted to one side looks nearly as if tilted to the other where the
+    perspective is weak; ``cv2.solvePnPGeneric`` with IPPE (Collins and Bartoli, 2014)
+    gives both.
+
+    Parameters
+    ----------
+    seen : (3, 3) array
+        A homography.
+    camera : Camera
+    sides : (2,) array_like [m]
+        Of the object.
+    """
+    rectangle = outline([0, 0, 0, *np.asarray(sides, float) / 2])
+    in_space = np.column_stack([rectangle, np.zeros(4)])
+    image = np.ascontiguousarray(corners(seen))
+    method = cv2.SOLVEPNP_IPPE
+    found = cv2.solvePnPGeneric(in_space, image, camera.matrix, None, flags=method)
+    return [
+        _pose(np.asarray(turn, float), np.asarray(way, float))
+        for turn, way in zip(found[1], found[2], strict=True)
+    ]
+
+
+def _pose(turn: Array, way: Array) -> Array:
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_rotvec(turn.ravel()).as_matrix()
+    pose[:3, 3] = way.ravel()
+    return pose
+
+
+def twist(pose: Array, desired: Array, gain: float) -> Array:
+    """The camera's velocity that brings a pose of the object to the desired one.
+
+    The object's pose relative to where it should be shrinks exponentially, its rotation
+    vector and the camera's way alike.
+
+    Parameters
+    ----------
+    pose, desired : (4, 4) array
+        From the object's coordinates to the camera's.
+    gain : float [1/s]
+
+    Returns
+    -------
+    (6,) array [m/s, rad/s]
+        In the camera's frame.
+    """
+    camera = pose @ np.linalg.inv(desired)  # the desired camera, seen from this one
+    turn = Rotation.from_matrix(camera[:3, :3]).as_rotvec()
+    return gain * np.concatenate([camera[:3, 3], turn])
+
+
+def tilt(pose: Array) -> float:
+    """The angle [rad] between a plane and the image."""
+    return float(np.arccos(min(abs(pose[2, 2]), 1.0)))

@@ -1,0 +1,147 @@
+"""The shape of a target, seen in its first frame, as weights of a kernel's samples.
+
+A rectangle counts what lies in a hole and between limbs: background, which is another
+one in the next frame.  `grabbed` and `by_colour` look for the target inside the region,
+as an image of the canonical square, 1 where it is; `Silhouette` is a kernel that looks
+nowhere else.
+
+Explained in notebook 17.
+"""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+
+from mkt.colors import ColorBins
+from mkt.kernels import Kernels
+from mkt.regions import warp_matrices
+from mkt.types import Array, ArrayLike, Frame, NDArray
+
+SIDE = 48  # pixels of a mask
+AROUND = 1.6  # side of the square in which a mask is sought, in that of the region
+ROUNDS = 5  # of grab-cut
+LEAST = 0.05  # share of a region; a smaller target was not found
+BORDER = 1e-3  # weight of samples outside: a kernel that sees nothing is an error
+
+
+@dataclass(frozen=True)
+class Silhouette(Kernels):
+    """Kernels whose weights are those of their parent times a mask.
+
+    Parameters
+    ----------
+    mask : bytes
+        SIDE x SIDE numbers from 0 to 255 over the canonical square, row by row, such
+        as `as_bytes` makes; without it everything counts.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
+    """
+
+    mask: bytes = b"\xff" * SIDE**2
+
+    def __post_init__(self):
+        super().__post_init__()
+        if len(self.mask) != SIDE**2:
+            raise ValueError(
+                f"mask has {len(self.mask)} bytes; make it with as_bytes: {SIDE**2}"
+            )
+
+    def weigh(self, plane: Array) -> Array:
+        """k(r^2) of every kernel times the mask, see `Kernels.weigh`."""
+        image = np.frombuffer(self.mask, np.uint8).reshape(SIDE, SIDE) / 255
+        places = (plane / self.half_sides + 1) / 2 * SIDE
+        column, row = np.clip(places.astype(int), 0, SIDE - 1).T
+        return super().weigh(plane) * np.maximum(image[row, column], BORDER)
+
+
+def as_bytes(mask: ArrayLike) -> bytes:
+    """A mask (SIDE, SIDE) in [0, 1] as a `Silhouette` keeps it."""
+    return np.rint(255 * np.asarray(mask, float)).astype(np.uint8).tobytes()
+
+
+def masked(kernels: Kernels, mask: ArrayLike) -> Silhouette:
+    """Kernels times a mask (SIDE, SIDE) in [0, 1]."""
+    fields: dict[str, Any] = asdict(kernels)
+    fields["mask"] = as_bytes(mask)
+    return Silhouette(**fields)
+
+
+def patch(frame: Frame, region: ArrayLike, around: float = AROUND) -> Frame:
+    """The square round a region, upright and SIDE `around` pixels wide: (n, n, 3).
+
+    Beyond the image its border goes on.
+    """
+    n = round(SIDE * around)
+    to_canonical = np.array([[2 / SIDE, 0, 0], [0, 2 / SIDE, 0], [0, 0, 1.0]])
+    to_canonical[:2, 2] = (1 - n) / SIDE
+    A = warp_matrices(np.asarray(region, float)) @ to_canonical
+    how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return cv2.warpAffine(frame, A, (n, n), flags=how, borderMode=cv2.BORDER_REPLICATE)
+
+
+def grabbed(frame: Frame, region: ArrayLike) -> NDArray:
+    """The target by grab-cut (Rother, Kolmogorov and Blake, 2004), from OpenCV.
+
+    What lies outside the region is known to be background.  Where it finds less than a
+    twentieth, all of the region counts.
+
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8 array, RGB
+    region : (5,) array_like [px, rad]
+
+    Returns
+    -------
+    (SIDE, SIDE) array of 0 and 1
+    """
+    seen = np.ascontiguousarray(patch(frame, region))
+    labels = np.zeros(seen.shape[:2], np.uint8)
+    edge = _edge(len(seen))
+    cv2.setRNGSeed(0)  # it starts from random clusters
+    rect = (edge, edge, SIDE, SIDE)
+    how = cv2.GC_INIT_WITH_RECT
+    target, background = np.zeros((2, 1, 65))
+    cv2.grabCut(seen, labels, rect, background, target, ROUNDS, how)
+    mask = (_inner(labels) % 2).astype(float)  # odd: surely or probably the target
+    return mask if mask.mean() > LEAST else np.ones_like(mask)
+
+
+def by_colour(frame: Frame, region: ArrayLike) -> NDArray:
+    """The share of each pixel's colour that lies inside: p_in / (p_in + p_around).
+
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8 array, RGB
+    region : (5,) array_like [px, rad]
+
+    Returns
+    -------
+    (SIDE, SIDE) array in [0, 1]
+        Smoothed over three pixels.
+    """
+    bins = ColorBins()
+    labels = bins(patch(frame, region)).labels
+    inside = _inner(labels)
+    within = np.bincount(inside.ravel(), minlength=bins.m)
+    beside = np.bincount(labels.ravel(), minlength=bins.m) - within
+    p, around = within / within.sum(), beside / beside.sum()
+    ratio = p / np.maximum(p + around, 1e-12)
+    return cv2.blur(ratio[inside], (3, 3))
+
+
+def _edge(n: int) -> int:
+    return (n - SIDE) // 2
+
+
+def _inner(image: NDArray) -> NDArray:
+    """The part (SIDE, SIDE) of an image of a patch that is the region."""
+    edge = _edge(len(image))
+    return image[edge : edge + SIDE, edge : edge + SIDE]
+
+
+SHAPES = {"grab-cut": grabbed, "colour ratio": by_colour}

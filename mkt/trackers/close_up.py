@@ -1,0 +1,87 @@
+"""Close-ups: the part of a frame in which a target can be, on a scale that fits it.
+
+To bin all of a frame of 1920 x 1080 pixels takes ten times as long as to track in it.
+But only those pixels count that some hypothesis covers, and of a large target not all
+of them.  A close-up is cut out round the hypotheses, and shrunk where a target has more
+pixels than the kernels have samples; its `mkt.colors.BinImage` knows where it lies, so
+that regions stay those of the frame.
+"""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from mkt.checks import checked_frame
+from mkt.colors import BinImage, Bins
+from mkt.kernels import Kernels
+from mkt.regions import size
+from mkt.trackers.gains import relit
+from mkt.types import Array, Frame, Region, Regions
+
+MARGIN = 1.0  # of the largest hypothesis' size, for an optimiser to walk in
+
+
+def fitting_pitch(kernels: Kernels, region: Region) -> int:
+    """Pixels of the frame to one of the close-up, so that samples meet pixels.
+
+    Parameters
+    ----------
+    kernels : Kernels
+        Whose samples look at the target.
+    region : (5,) array [px, rad]
+        The target.
+    """
+    return max(int(2 * size(region) / kernels.samples**0.5), 1)
+
+
+def close_up(
+    bins: Bins, frame: Frame, gains: Array, regions: Regions, pitch: int
+) -> BinImage:
+    """The bins of a frame round some regions.
+
+    Parameters
+    ----------
+    bins : Bins
+    frame : (H, W, 3) uint8 array, RGB
+    gains : (3,) array
+        Of the light, which are divided out: see `mkt.trackers.gains`.
+    regions : (N, 5) array [px, rad]
+        Where the target may be.
+    pitch : int [px]
+        Of `fitting_pitch`.
+
+    Raises
+    ------
+    ValueError
+        For what is not a frame.
+    """
+    frame = checked_frame(frame)
+    x, y = _span(frame.shape[:2], regions, pitch)
+    part = frame[y[0] : y[1], x[0] : x[1]]
+    if pitch > 1:
+        sides = max((x[1] - x[0]) // pitch, 1), max((y[1] - y[0]) // pitch, 1)
+        part = cv2.resize(part, sides, interpolation=cv2.INTER_AREA)
+    first = (pitch - 1) / 2  # the middle of its block of pixels
+    origin = x[0] + first, y[0] + first
+    image = bins(relit(np.ascontiguousarray(part), gains))
+    return replace(image, origin=origin, pitch=pitch)
+
+
+def _span(shape: tuple[int, ...], regions: Regions, pitch: int) -> list[list[int]]:
+    """First and last pixel, along x and along y, each span a multiple of the pitch.
+
+    All of the frame where no region is finite.
+    """
+    regions = regions[np.isfinite(regions).all(1)]
+    if not len(regions):
+        return [[0, shape[1]], [0, shape[0]]]
+    reach = np.hypot(*regions[:, 3:].T) + MARGIN * size(regions).max() + 2 * pitch
+    low, high = regions[:, :2].T - reach, regions[:, :2].T + reach
+    spans = []
+    for start, end, side in zip(low.min(1), high.max(1), shape[::-1], strict=True):
+        start = int(np.clip(start, 0, max(side - 2 * pitch, 0)))
+        end = int(np.clip(np.ceil(end), start + 2 * pitch, side))
+        pixels = max((end - start) // pitch, 1)
+        spans.append([start, min(start + pixels * pitch, side)])
+    return spans

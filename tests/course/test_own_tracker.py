@@ -1,0 +1,105 @@
+"""A tracker from a file of the user's own, in every command that takes a tracker."""
+
+import sys
+from functools import partial
+
+import pytest
+
+from mkt.course import cli, own_tracker
+from mkt.experiments import leaderboard
+from mkt.trackers import by_name
+from tests.own_video import films
+
+CODE = """
+from dataclasses import dataclass
+from mkt import report
+
+@dataclass(frozen=True)
+class Still:
+    shift: float = 0.0
+
+    def init(self, frame, region, rng):
+        return region + [self.shift, 0, 0, 0, 0]
+
+    def step(self, state, frame, rng):
+        return state, report(state, 0.1, False, 1)
+
+class Loose(Still):
+    def __init__(self, shift): pass
+
+moved = Still(shift=50.0)
+words = "no tracker"
+"""
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    """A folder with a module of trackers, from which Python runs."""
+    (tmp_path / "resting.py").write_text(CODE)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    yield tmp_path
+    for name in [name for name in by_name.TRACKERS if ":" in name]:
+        del by_name.TRACKERS._entries[name], by_name.LABELS[name]
+    sys.modules.pop("resting", None)
+
+
+def run(*words):
+    return cli.run(cli.parse([*map(str, words)])) or 0
+
+
+def test_it_tracks_and_does_so_again_when_it_is_said_again(own):
+    films.write(own / "car.mkv", films.driving(4).frames)
+    box = ("--box", "55,48,50,24")
+    run("track", "car.mkv", *box, "--tracker", "resting:moved", "-o", "a.mkv")
+    settings = ("track", "--settings", "a.json")
+    run(*settings, "--tracker", "resting:moved", "-o", "b.mkv")
+    assert (own / "a.csv").read_text() == (own / "b.csv").read_text()
+    cells = (own / "a.csv").read_text().splitlines()[2].split(",")
+    assert float(cells[1]) == 55 + 25 - 0.5 + 50
+
+
+def test_a_file_alone_names_no_code_that_is_run(own):
+    films.write(own / "car.mkv", films.driving(3).frames)
+    words = ("--box", "55,48,50,24", "--tracker", "resting:Still", "-o", "a.mkv")
+    run("track", "car.mkv", *words)
+    del by_name.TRACKERS._entries["resting:Still"], by_name.LABELS["resting:Still"]
+    with pytest.raises(SystemExit, match="resting:Still"):
+        run("track", "--settings", "a.json", "-o", "b.mkv")
+
+
+def test_it_is_drawn_where_a_figure_has_a_choice_and_only_there(own):
+    tracker = ("--tracker", "resting:Still")
+    run("figure", "own.run", "-o", "run.csv", *tracker)
+    assert "tracker=resting:Still" in (own / "run.csv").read_text()
+    with pytest.raises(SystemExit, match="own.run shows one of your own"):
+        run("figure", "teuliere2009.fig6", "-o", "x.csv", *tracker)
+
+
+def test_it_stands_on_the_board(own, monkeypatch, capsys):
+    few = partial(leaderboard.synthetic, processes=1, kinds=["base"])
+    alone = partial(leaderboard.write_tracks, processes=1)
+    monkeypatch.delenv("MKT_DATA", raising=False)
+    monkeypatch.setattr(leaderboard, "synthetic", few)
+    monkeypatch.setattr(leaderboard, "write_tracks", alone)
+    words = ("ssd", "--tracker", "resting:Still", "--seeds", "0:2", "--tracks", "t")
+    run("bench", "tracking", *words)
+    assert "resting:Still" in capsys.readouterr().out
+    names = {path.name for path in (own / "t").glob("resting_Still-*")}
+    both = {f"resting_Still-base-{seed}" for seed in (0, 1)}
+    assert names == {f"{name}{ending}" for name in both for ending in (".csv", ".txt")}
+
+
+@pytest.mark.parametrize(
+    "name, said",
+    [
+        ("resting:Nothing", "no attribute 'Nothing'"),
+        ("nowhere:Still", "No module named 'nowhere'"),
+        ("resting:Loose", "missing 1 required positional argument"),
+        ("resting:words", "is not a tracker"),
+        (":", "give the tracker as module:Class"),
+    ],
+)
+def test_what_is_no_tracker_is_refused_in_a_sentence(own, name, said):
+    with pytest.raises(ValueError, match=said):
+        own_tracker.enter(name)

@@ -1,0 +1,97 @@
+"""The text of chapters as a reader checks it: worked answers, and numbers in prose.
+
+A chapter's worked answers are the blocks of code in its text.  Its numbers are those
+that stand in sentences; a number is *held* where a cell of the chapter, or an answer,
+puts out the same one, rounded as in the text.  Numbers of folded answers, which come
+from figures, are put out by a last cell, "numbers", which the page leaves out.
+"""
+
+import re
+from pathlib import Path
+
+import nbformat
+
+from mkt.course.book import checks, execute
+from mkt.course.book.contents import Chapter
+
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.M | re.S)
+# What is no sentence: code, formulas, names of files, tags, headings, words for places.
+NO_PROSE = re.compile(
+    r"```.*?```|\$\$.*?\$\$|\$[^$]*\$|`[^`]*`|\]\([^)]*\)|<[^>]*>|^#.*?$"
+    r"|\*\*\d+\.\*\*|(?:chapters?|figures?|table|lab|exercise|frames?|seeds?|run|row|"
+    r"scene|section|equations?|Algorithms?|to) [\d.,()]+(?:(?: and | to |, )\(?\d+\)?)*"
+    r"|\(\d+\)|\[\w+\]|\b[TNC]\d\d-\w\b|\b(?:19|20)\d\d\b",
+    re.M | re.S | re.I,
+)
+NUMBER = re.compile(r"(?<![\w.])(?:\d+\.\d+|\.\d+|\d{2,})(?![\w])")
+PUT_OUT = re.compile(r"(?<![\w.])-?\d*\.?\d+(?:e[-+]?\d+)?")
+
+
+def answers(notebook: nbformat.NotebookNode) -> list[tuple[str, str]]:
+    """The id of its cell and the code of each worked answer."""
+    return [
+        (cell.id, block)
+        for cell in notebook.cells
+        if cell.cell_type == "markdown"
+        for block in BLOCK.findall(cell.source)
+    ]
+
+
+def with_answers(chapter: Chapter, folder: Path) -> Chapter:
+    """A chapter without its figures, and with its answers as cells at their places."""
+    notebook = checks.strip(nbformat.read(chapter.notebook, 4))
+    shown = {cell.id for cell, _ in checks.figure_cells(notebook)}
+    cells = []
+    for cell in notebook.cells:
+        cells += [] if cell.id in shown else [cell]
+        blocks = BLOCK.findall(cell.source) if cell.cell_type == "markdown" else []
+        for k, block in enumerate(blocks):
+            cells.append(nbformat.v4.new_code_cell(block, id=f"{cell.id}-{k}"))
+    notebook.cells = cells
+    path = folder / chapter.notebook.name
+    nbformat.write(notebook, path)
+    return Chapter(path, chapter.title, chapter.summary, (), 3 * chapter.timeout)
+
+
+def executed(chapters: list[Chapter], folder: Path) -> dict:
+    """The chapters with their answers, executed."""
+    return execute.execute_all([with_answers(each, folder) for each in chapters])
+
+
+def outputs(notebook: nbformat.NotebookNode) -> str:
+    """All that the cells of an executed notebook put out as text."""
+    texts = []
+    for cell in checks.code_cells(notebook):
+        for output in cell.outputs:
+            data = output.get("data", {})
+            texts.append(output.get("text") or data.get("text/plain", ""))
+    return "\n".join(texts)
+
+
+def in_prose(notebook: nbformat.NotebookNode) -> list[tuple[str, str]]:
+    """The id of its cell and each number that stands in a sentence."""
+    return [
+        (cell.id, number)
+        for cell in notebook.cells
+        if cell.cell_type == "markdown"
+        for number in NUMBER.findall(NO_PROSE.sub(" ", cell.source))
+    ]
+
+
+def is_held(number: str, values: list[float]) -> bool:
+    """Whether a number is one of the values, rounded to its digits.
+
+    A share may stand in a sentence as a percentage.
+    """
+    digits = len(number.partition(".")[2])
+    allowed = 0.5001 * 10**-digits
+    return any(
+        abs(abs(value) * factor - float(number)) <= allowed
+        for value in values
+        for factor in (1, 100)
+    )
+
+
+def values_of(text: str) -> list[float]:
+    """All numbers in what cells put out."""
+    return [float(number) for number in PUT_OUT.findall(text)]

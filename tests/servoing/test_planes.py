@@ -1,0 +1,56 @@
+"""From homographies to poses and back, and a law that leaves no tilt."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from mkt.servoing import planes
+from mkt.servoing.features import Camera
+from mkt.servoing.robot import Workspace, move, place
+
+CAMERA, SIDES = Camera(), np.array([0.3, 0.2])
+
+
+def pose_at(turn, way):
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
+    pose[:3, 3] = way
+    return pose
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_pose_comes_back_from_its_homography(seed):
+    rng = np.random.default_rng(seed)
+    pose = pose_at(rng.uniform(-0.7, 0.7, 3), [*rng.uniform(-0.1, 0.1, 2), 0.9])
+    found = planes.poses(planes.homography(pose, CAMERA, SIDES), CAMERA, SIDES)
+    assert len(found) == 2
+    assert np.allclose(found[0], pose, atol=1e-6)
+
+
+def test_the_homography_is_the_robots_outline():
+    """The car's corners as the robot's own renderer has them."""
+    work, car = Workspace(), np.array([0.03, -0.02, 0.4])
+    camera = move(np.eye(4), [0.02, 0.1, -0.8, 0.2, -0.1, 0.3], 1.0)
+    on_table = pose_at([0, 0, car[2]], [car[0], car[1], 0])
+    seen = planes.homography(np.linalg.inv(camera) @ on_table, work.camera, work.sides)
+    assert np.allclose(planes.corners(seen), work.outline(camera, car))
+    assert (place(((0.0, *car),), 3.0) == car).all()
+
+
+@pytest.mark.parametrize("gain", [0.5, 1.0])
+def test_the_error_shrinks_exponentially_and_the_tilt_with_it(gain):
+    desired = pose_at([0, 0, 0.3], [0, 0, 0.8])
+    pose, dt = pose_at([0.4, -0.2, 0.9], [0.05, -0.03, 0.7]), 0.001
+    v = planes.twist(pose, desired, gain)
+    nearer = np.linalg.inv(move(np.eye(4), v, dt)) @ pose
+    left = planes.twist(nearer, desired, gain)
+    assert np.allclose(left[3:], v[3:] * np.exp(-gain * dt), atol=1e-6)
+    for _ in range(round(8 / gain / 0.05)):
+        v = planes.twist(pose, desired, gain)
+        pose = np.linalg.inv(move(np.eye(4), v, 0.05)) @ pose
+    assert np.allclose(pose, desired, atol=1e-3)
+
+
+def test_tilt_is_the_angle_to_the_image():
+    assert planes.tilt(pose_at([0.3, 0, 0], [0, 0, 1])) == pytest.approx(0.3)
+    assert planes.tilt(pose_at([0, 0, 1.2], [0, 0, 1])) == 0

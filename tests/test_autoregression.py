@@ -1,0 +1,67 @@
+"""A learnt motion model: it finds again what made the tracks."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mkt.autoregression import AutoRegression, changes, learnt
+from mkt.particles import Motion, Particles
+
+START = [160.0, 120.0, 0.2, 30.0, 20.0]
+
+
+def simulated(model, length, seed):
+    """A track (length, 5) that the model itself made."""
+    rng = np.random.default_rng(seed)
+    cloud, rows = model.scatter(START, 1, rng), []
+    for _ in range(length):
+        rows.append(cloud.regions[0])
+        cloud = model.predict(cloud, rng)
+    return np.array(rows)
+
+
+@given(st.floats(0.2, 0.95), st.floats(0.005, 0.05), st.integers(0, 100))
+def test_what_made_the_tracks_is_learnt(phi, sigma, seed):
+    made = AutoRegression((phi,) * 3, (sigma,) * 3, (sigma,) * 3)
+    found = learnt(simulated(made, 400, seed + k) for k in range(3))
+    assert np.allclose(found.phi, phi, atol=0.15)
+    assert np.allclose(found.sigma, sigma, rtol=0.15)
+
+
+def test_changes_are_in_units_of_the_target():
+    """A track in another image, twice as large, has the same changes."""
+    track = simulated(AutoRegression((0.9,) * 3, (0.02,) * 3, (0.02,) * 3), 50, 0)
+    larger = track * [2, 2, 1, 2, 2]
+    assert np.allclose(changes(track), changes(larger))
+
+
+def test_a_prediction_adds_the_change_that_it_keeps():
+    model = AutoRegression((0.5, 1.0, 0.0), (0, 0, 0), (0, 0, 0))
+    before = Particles(np.array([START]), np.array([[0.2, -0.4, 0.3, 0.1]]))
+    region = model.predict(before, np.random.default_rng(0)).regions[0]
+    unit = np.sqrt(600)
+    assert np.allclose(region, [160 + 0.1 * unit, 120 - 0.2 * unit, 0.5, 30, 20])
+
+
+def test_changes_never_grow_without_end():
+    x = 1.1 ** np.arange(40.0)
+    track = np.column_stack([x, x, 0 * x, 0 * x + 10, 0 * x + 10])
+    model = learnt([track])
+    assert model.phi[0] == 1 and max(model.phi) <= 1
+
+
+def test_loosening_is_a_factor_on_the_noise_alone():
+    track = simulated(AutoRegression((0.9,) * 3, (0.02,) * 3, (0.02,) * 3), 80, 0)
+    once, twice = learnt([track]), learnt([track], loosen=2)
+    assert once.phi == twice.phi and once.spread == twice.spread
+    assert np.allclose(2 * np.array(once.sigma), twice.sigma, rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "model", [Motion(), AutoRegression((0.9,) * 3, (0.02,) * 3, (0.03,) * 3)]
+)
+def test_scatter_is_centred_and_the_same_for_a_seed(model):
+    clouds = [model.scatter(START, 4000, np.random.default_rng(3)) for _ in range(2)]
+    assert np.array_equal(clouds[0].regions, clouds[1].regions)
+    assert np.allclose(clouds[0].regions[:, :2].mean(0), START[:2], atol=0.5)

@@ -1,0 +1,104 @@
+"""Bins that know their neighbours, against another way to compute them."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import linear_sum_assignment
+
+from mkt.colors import ColorBins
+from mkt.neighbours import (
+    MEASURES,
+    SoftBins,
+    circular_emd,
+    hsv_counts,
+    shared,
+    smoothing,
+)
+
+BINS = ColorBins(counts=(6, 4, 3))
+
+
+def hues(frame, bins):
+    """The histogram of the hues of a frame of bright colours."""
+    image = bins(frame)
+    count = sum(np.bincount(a.ravel(), minlength=image.m) for a in image.layers)
+    colours = count[:100].reshape(10, 10).sum(1)
+    return colours / colours.sum()
+
+
+def of_hue(hue):
+    """A saturated frame of one hue [2 deg]."""
+    return cv2.cvtColor(
+        np.full((2, 2, 3), (hue, 200, 200), np.uint8), cv2.COLOR_HSV2RGB
+    )
+
+
+@pytest.mark.parametrize("hue", range(0, 180, 7))
+def test_soft_votes_are_shared_by_how_near_the_border_is(hue):
+    """The share of the own bin falls linearly from its middle to its border."""
+    inside = (hue % 18 + 0.5) / 18
+    expected = 1 - abs(inside - 0.5)
+    assert hues(of_hue(hue), SoftBins())[hue // 18] == pytest.approx(expected, abs=0.15)
+    assert hues(of_hue(hue), ColorBins())[hue // 18] == 1
+
+
+def test_soft_votes_go_round_the_circle_of_hues():
+    assert np.flatnonzero(hues(of_hue(0), SoftBins())).tolist() == [0, 9]
+    assert np.flatnonzero(hues(of_hue(179), SoftBins())).tolist() == [0, 9]
+
+
+def test_votes_have_all_shifts_in_each_channel():
+    shifts = np.array([bins.shift for bins in SoftBins()._moved])
+    assert np.allclose(np.sort(shifts, 0), np.linspace(-0.4, 0.4, 5)[:, None])
+    assert len({tuple(pair) for pair in shifts[:, :2].tolist()}) == 5
+
+
+def test_smoothing_is_a_quadratic_form_that_keeps_the_sum():
+    S = smoothing(BINS).toarray()
+    assert np.allclose(S, S.T) and np.allclose(S.sum(1), 1)
+    assert np.linalg.eigvalsh(S).min() > -1e-6
+    first = S[0, :24].reshape(6, 4)  # hue 0, saturation 0: half of a half stays
+    assert first[0, 0] == pytest.approx(0.375) and first[5, 0] == first[1, 0]
+    assert not S[:24, 24:].any()
+
+
+def test_shared_is_the_product_for_any_shape():
+    q = np.random.default_rng(0).random((2, 3, BINS.m))
+    assert np.allclose(shared(q, BINS), q @ smoothing(BINS).toarray(), atol=1e-6)
+
+
+def test_neighbours_are_known_for_hsv_alone():
+    assert hsv_counts(ColorBins()) == (10, 10, 10)
+    with pytest.raises(ValueError, match="space is rgb"):
+        smoothing(ColorBins("rgb"))
+
+
+@given(st.lists(st.tuples(*[st.integers(0, 6)] * 2), min_size=1, max_size=12))
+def test_circular_emd_is_the_cheapest_assignment(pairs):
+    """Each of n units is carried to one of n places, the shorter way round."""
+    start, end = np.array(pairs).T
+    gap = np.abs(start[:, None] - end)
+    cost = np.minimum(gap, 7 - gap)
+    cheapest = cost[linear_sum_assignment(cost)].sum() / len(pairs) / 3.5
+    p, q = (np.bincount(each, minlength=7) / len(pairs) for each in (start, end))
+    assert circular_emd(p, q) == pytest.approx(cheapest, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", MEASURES)
+def test_measures_are_squared_distances(name):
+    rng = np.random.default_rng(1)
+    q = rng.dirichlet(np.full(BINS.m, 0.1), (20, 2)).astype(np.float32)
+    d2 = MEASURES[name](q[:, 0], q[:, 1], BINS)
+    assert d2.min() >= -1e-6 and d2.max() <= 1 + 1e-6
+    assert np.allclose(MEASURES[name](q, q, BINS), 0, atol=1e-6)
+    assert np.allclose(d2, MEASURES[name](q[:, 1], q[:, 0], BINS), atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["smoothed", "quadratic", "earth mover"])
+def test_a_neighbouring_hue_is_nearer_than_a_far_one(name):
+    one = np.eye(BINS.m, dtype=np.float32)
+    near, across, far = (MEASURES[name](one[u], one[1], BINS) for u in (5, 21, 13))
+    assert near < far and across < far
+    assert MEASURES["bhattacharyya"](one[[5, 13]], one[1], BINS).tolist() == [1, 1]

@@ -1,0 +1,92 @@
+"""The shape of a target, found in a frame whose truth is known, as weights."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from mkt.kernels import Kernels
+from mkt.scenes.textures import texture
+from mkt.scenes.varied import Varied
+from mkt.silhouettes import (
+    SHAPES,
+    SIDE,
+    Silhouette,
+    as_bytes,
+    by_colour,
+    grabbed,
+    patch,
+)
+
+BOX = {"layout": "one", "profile": "uniform", "span": 1.5, "elliptic": True}
+
+
+def first(item, ground="grass", seed=3):
+    scene = Varied("calm", seed).scene()
+    target = replace(scene.target, texture=item)
+    clip = replace(scene, target=target, background=ground).sequence()
+    return clip.frames[0], clip.truth[0]
+
+
+def true_mask(item):
+    opacity = texture(item)[..., 3] / 255
+    return cv2.resize(opacity, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
+
+
+def likeness(mask, item):
+    """Of a mask with the true one: what is in both, over what is in either."""
+    both = mask, true_mask(item)
+    return np.minimum(*both).sum() / np.maximum(*both).sum()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_grab_cut_finds_limbs(seed):
+    assert likeness(grabbed(*first("starfish", seed=seed)), "starfish") > 0.6
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_colours_tell_limbs_and_a_hole(seed):
+    """Their share is larger on the target than in its box beside it."""
+    for item in ("starfish", "ring"):
+        share, mask = by_colour(*first(item, seed=seed)), true_mask(item) > 0.5
+        assert share[mask].mean() > share[~mask].mean() + 0.2
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_shapes_are_the_same_each_time_and_never_empty(name):
+    frame, region = first("car", "workshop")
+    mask = SHAPES[name](frame, region)
+    assert mask.shape == (SIDE, SIDE) and mask.mean() > 0.05
+    assert 0 <= mask.min() and mask.max() <= 1 + 1e-9
+    assert np.array_equal(mask, SHAPES[name](frame, region))
+
+
+def test_what_is_not_found_is_all_of_the_box():
+    frame = np.full((80, 80, 3), 90, np.uint8)
+    assert grabbed(frame, [40, 40, 0, 12, 9]).all()
+
+
+def test_a_patch_is_upright_whatever_the_region():
+    """The corner of a region turned by a quarter is found where it was turned to."""
+    frame = np.zeros((90, 90, 3), np.uint8)
+    frame[28:44, 56:62] = 255  # beside the upper right corner of a box of 40 x 20
+    seen = patch(frame, [45, 45, np.pi / 2, 20, 10], 1.0)[..., 0] / 255
+    rows, columns = np.nonzero(seen > 0.5)
+    assert not len(rows) or (rows.max() < SIDE / 2 and columns.max() < SIDE / 2)
+
+
+def test_a_silhouette_counts_only_what_the_mask_shows():
+    mask = np.zeros((SIDE, SIDE))
+    mask[:, : SIDE // 2] = 1
+    left = Silhouette(**BOX, mask=as_bytes(mask)).fitted([0, 0, 0, 20, 10])
+    on_the_left = left.points[:, 0] < 0
+    assert left.weights[0, on_the_left].sum() > 0.99
+    whole = Silhouette(**BOX).fitted([0, 0, 0, 20, 10])
+    plain = Kernels(**BOX).fitted([0, 0, 0, 20, 10])
+    assert np.allclose(whole.weights, plain.weights)
+
+
+def test_a_mask_of_another_size_is_refused():
+    with pytest.raises(ValueError, match="mask has 3 bytes"):
+        Silhouette(mask=b"abc")

@@ -1,0 +1,192 @@
+"""SSD on homographies: derivatives, the similarity as an oracle, cards in space."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mkt.colors import ColorBins, Joined
+from mkt.edges import EdgeBins
+from mkt.histograms import learn
+from mkt.homographies import corner_error, moved, of_regions, through
+from mkt.kernels import Kernels
+from mkt.regions import displaced
+from mkt.scenes.cards import card
+from mkt.scenes.rendering import Layer, Scene, homographies
+from mkt.trackers import ssd
+from mkt.trackers.homography import (
+    PlaneSSD,
+    columns,
+    columns_at,
+    felt,
+    jacobian,
+    minimise,
+    plausible,
+    step_from,
+)
+from mkt.trackers.homography_combined import PlaneCombined
+from mkt.trackers.homography_ecc import PlaneECC
+from mkt.tracking import track
+
+HALF_SIDES = np.array([1.25, 0.8])
+SEEN = of_regions([160.0, 120.0, 0.3, 50.0, 32.0])
+TILTED = moved(SEEN, np.array([0, 0, 0, 0, 0.05, -0.1, 0.3, -0.2]), HALF_SIDES)
+RGB = ColorBins("rgb", (5, 5, 5))
+
+
+def disc(centre, radius, rings=24, spokes=64):
+    """Points (n, 2) and weights that integrate over a disc; Gauss times trapezium."""
+    node, weight = np.polynomial.legendre.leggauss(rings)
+    r, w = radius * (node + 1) / 2, radius * weight / 2
+    phi = 2 * np.pi * np.arange(spokes) / spokes
+    rays = np.stack([np.cos(phi), np.sin(phi)], -1)
+    points = centre + (r[:, None, None] * rays).reshape(-1, 2)
+    return points, np.repeat(r * w, spokes) * 2 * np.pi / spokes
+
+
+def memberships(points):
+    """How much points (n, 2) of the image belong to each of three soft bins."""
+    x, y = points.T
+    waves = np.stack([np.sin(0.05 * x + 0.02 * y), np.cos(0.07 * y), 0 * x])
+    exponentials = np.exp(waves)
+    return exponentials / exponentials.sum(0)
+
+
+@pytest.mark.parametrize("k", range(8))
+@pytest.mark.parametrize("homography", [SEEN, TILTED], ids=["facing", "tilted"])
+def test_columns_are_the_derivative_of_a_histogram_of_soft_bins(homography, k):
+    """Where bins are smooth and integrals exact, differences agree to 1e-7."""
+    centre, radius, h = np.array([0.45, -0.2]), 0.5, 1e-4
+    points, area = disc(centre, radius)
+    off = points - centre
+    weights = 1 - (off**2).sum(-1) / radius**2
+    slopes = np.moveaxis(-2 * off / radius**2, -1, 0)[:, None]
+    by = columns_at(weights[None], slopes, points, 8)[1 + k, 0]
+    derivative = memberships(through(homography, points / HALF_SIDES)) @ (by * area)
+
+    def histogram(x):
+        there = moved(homography, x * np.eye(8)[k], HALF_SIDES)
+        return memberships(through(there, points / HALF_SIDES)) @ (weights * area)
+
+    differences = (histogram(h) - histogram(-h)) / (2 * h)
+    assert np.abs(derivative).max() > 1e-3
+    assert np.abs(differences - derivative).max() < 1e-7 * max(1, np.abs(by).max())
+
+
+@pytest.fixture(scope="module")
+def car():
+    """The bins of a frame, and the target learnt in it."""
+    scene = Scene(Layer("car", 96.0, ((0.0, 160.0, 120.0, 0.3, 1.0),)), length=2)
+    clip = scene.sequence()
+    both = Joined((ColorBins(), EdgeBins()), (2, 1))
+    images = [bins(clip.frames[1]) for bins in (ColorBins(), both)]
+    kernels = Kernels("3x3", samples=2400)
+    return clip.truth[0], [(i, learn(i, clip.truth[0], kernels)) for i in images]
+
+
+@pytest.mark.parametrize("bins", [0, 1], ids=["colours", "and edges"])
+def test_four_parameters_make_the_similaritys_step(car, bins):
+    """Its own template, and its own formula for C: the same step to the last digits."""
+    region, targets = car
+    image, target = targets[bins]
+    start = displaced(region, 5, -3, 0.1, 1.1)
+    by = columns(target.kernels, "similarity")
+    q, dq = ssd.differentiate(target, image, of_regions(start), columns=by)
+    wanted_q, wanted = ssd.differentiate(target, image, start)
+    assert np.allclose(q, wanted_q, atol=1e-12)
+    assert np.allclose(dq, wanted, atol=1e-11)
+    step = ssd.newton_step(q, dq, target.q)
+    there = moved(of_regions(start), 0.1 * step, target.kernels.half_sides)
+    # One turns while it shifts, the other afterwards: the same to first order.
+    other = of_regions(ssd.moved(start, 0.1 * step))
+    assert corner_error(there, other) < 0.01 * corner_error(there, of_regions(start))
+
+
+def test_groups_are_nested(car):
+    target = car[1][0][1]
+    full = columns(target.kernels, "homography")
+    for group in ("similarity", "affine"):
+        part = columns(target.kernels, group)
+        assert (part == full[:, : part.shape[1]]).all()
+
+
+def test_nine_kernels_feel_all_eight_and_one_no_turn(car):
+    region, ((image, _), _) = car
+    seen, strengths = of_regions(region), {}
+    for layout in ("one", "3x3"):
+        target = learn(image, region, Kernels(layout, samples=4800))
+        strengths[layout] = felt(target, image, seen, "homography")
+        values = np.linalg.svd(
+            jacobian(target, image, seen, "homography"), compute_uv=False
+        )
+        assert (values[-1] < 1e-9) == (layout == "one")
+        # No column can be shorter than the shortest image of a unit step.
+        assert (strengths[layout] >= values[-1] - 1e-9).all()
+    assert strengths["one"][2] < 1e-9 < 0.1 < strengths["3x3"].min()
+
+
+def test_only_the_homography_finds_a_tilt():
+    scene = card("base", 1)
+    clip, truth = scene.sequence(), homographies(scene, scene.target, np.arange(120))
+    found = {}
+    for group in ("similarity", "affine", "homography"):
+        tracker = PlaneSSD(group=group)
+        run = track(tracker, replace(clip, frames=clip.frames[:50], truth=clip.truth))
+        found[group] = np.median(corner_error(run.info["homography"][1:], truth[1:50]))
+    assert found["homography"] < 1.5 < found["affine"] < found["similarity"]
+
+
+@pytest.mark.parametrize("tracker", [PlaneSSD(), PlaneCombined(), PlaneECC()], ids=type)
+def test_trackers_of_planes_follow_a_card(tracker):
+    scene = card("base", 2)
+    clip, truth = scene.sequence(), homographies(scene, scene.target, np.arange(120))
+    first = replace(clip, frames=clip.frames[:40])
+    runs = [track(tracker, first, seed=3) for _ in range(2)]
+    error = corner_error(runs[0].info["homography"][1:], truth[1:40])
+    assert np.median(error) < 1.5 and error.max() < 5
+    assert not runs[0].lost.any()
+    assert (runs[0].regions == runs[1].regions).all()
+
+
+@pytest.mark.parametrize("tracker", [PlaneSSD(), PlaneCombined(), PlaneECC()], ids=type)
+def test_a_card_that_is_gone_is_said_to_be_lost(tracker):
+    scene = card("base", 2)
+    frames, rng = scene.sequence().frames, np.random.default_rng(0)
+    state = tracker.init(frames[0], scene.sequence().truth[0], rng)
+    noise = rng.integers(0, 256, frames[0].shape, dtype=np.uint8)
+    _, info = tracker.step(state, noise, rng)
+    assert info["lost"] and np.isfinite(info["homography"]).all()
+
+
+def test_a_result_that_no_camera_could_see_is_left():
+    assert plausible(TILTED, SEEN)
+    steep = moved(SEEN, np.array([0, 0, 0, 0, 0, 0, 0.9, 0]), HALF_SIDES)
+    large = moved(SEEN, np.array([0, 0, 0, 2.0]), HALF_SIDES)
+    assert not plausible(steep, SEEN) and not plausible(large, SEEN)
+
+
+def test_minimise_stops_at_the_truth():
+    clip = card("base", 3).sequence()
+    image = RGB(clip.frames[0])
+    target = learn(image, clip.truth[0], Kernels("5x5", samples=4800))
+    start = of_regions(clip.truth[0])
+    step = step_from(target, image, start, "homography")
+    found, steps = minimise(target, image, start, 10, "homography")
+    assert np.abs(step).max() < 1e-6 and steps == 1
+    assert corner_error(found, start) < 1e-3
+
+
+@pytest.mark.parametrize(
+    "make, said",
+    [
+        (lambda: PlaneSSD(group="euclidean"), "group"),
+        (lambda: PlaneSSD(passes=()), "passes"),
+        (lambda: PlaneSSD(iterations=0), "iterations"),
+        (lambda: PlaneCombined(spread=()), "spread"),
+        (lambda: PlaneECC(blurs=(4,)), "blurs"),
+        (lambda: card("fog", 0), "kind"),
+    ],
+)
+def test_what_cannot_be_is_refused(make, said):
+    with pytest.raises(ValueError, match=said):
+        make()

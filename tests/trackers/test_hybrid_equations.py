@@ -1,0 +1,169 @@
+"""PFHR's equations (10), (12), (17) and (18), each term by itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mkt.histograms import coefficient, histograms
+from mkt.scenes.rendering import Layer, Scene
+from mkt.trackers.hybrid_resampling import HybridResampling
+
+CUP = Layer("cup", 60.0, ((0.0, 160.0, 120.0, 0.0, 1.0), (20.0, 190.0, 110.0, 0.0, 1)))
+CLIP = Scene(CUP, "gravel", 8, shutter=0.0).sequence()
+STILL = HybridResampling(
+    n=40, motion=replace(HybridResampling().motion, position=0.0, scale=0.0)
+)
+SIZE = 30.0  # sqrt(hx hy) of the cup's square
+
+
+class Edge:
+    """Randomness whose uniform numbers all lie at the upper end, with no noise."""
+
+    def uniform(self, low, high, shape):
+        assert low == -high
+        return np.full(shape, high)
+
+    def standard_normal(self, shape):
+        return np.zeros(shape)
+
+
+def began(tracker=STILL):
+    return tracker.init(CLIP.frames[0], CLIP.truth[0], np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("hidden", [1, 2, 5])
+def test_the_search_grows_by_one_share_a_frame_from_the_first_on(hidden):
+    """(18): +-(spread + growth (k - 1)) sqrt(hx hy) round the last estimate."""
+    tracker = replace(STILL, inertial=0.0, spread=0.5, growth=0.1)
+    state = began(tracker)._replace(hidden=hidden)
+    reach = tracker.predict(state, (240, 320), Edge())[:, :2] - state.estimate[:2]
+    wide = (0.5 + 0.1 * (hidden - 1)) * np.sqrt(np.prod(state.estimate[3:]))
+    assert np.allclose(reach, wide)
+
+
+def test_the_search_starts_at_the_estimate_whatever_the_particles_are():
+    state = began()
+    state = state._replace(hidden=1, regions=state.regions + 50)
+    predicted = STILL.predict(state, (240, 320), Edge())
+    assert np.allclose(predicted[:, 2:], state.estimate[2:])
+
+
+@pytest.mark.parametrize("hidden, frames", [(0, 1), (1, 1.9), (2, 2.71)])
+def test_inertia_carries_on_and_dies_away(hidden, frames):
+    """v (1 + d + d^2 + ...): what is still to go after so many hidden frames."""
+    state = began()._replace(velocity=np.array([4.0, -2.0]), hidden=hidden)
+    assert np.allclose(
+        replace(STILL, damping=0.9).drift(state), [4 * frames, -2 * frames]
+    )
+
+
+def test_particles_stay_inside_the_image_along_each_axis():
+    state = began()._replace(velocity=np.array([900.0, 800.0]))
+    onward = STILL.predict(state, (240, 320), Edge())[1::2, :2]
+    assert (onward == [319, 239]).all()
+    state = state._replace(velocity=np.array([-900.0, -800.0]))
+    assert (STILL.predict(state, (240, 320), Edge())[1::2, :2] == 0).all()
+
+
+def seen(tracker, state, rng=None):
+    """A frame with the target: the state after it and the info."""
+    return tracker.step(state, CLIP.frames[4], rng or np.random.default_rng(1))
+
+
+def test_the_mean_velocity_takes_its_share_of_the_displacement():
+    """(12), with smoothing .5 of a displacement that was made in one frame."""
+    state = began()._replace(velocity=np.array([1.0, 2.0]))
+    after, info = seen(replace(STILL, occlusion="never"), state)
+    shift = (info["region"] - state.estimate)[:2]
+    assert np.allclose(after.velocity, 0.5 * np.array([1.0, 2.0]) + 0.5 * shift)
+
+
+def test_after_a_wait_the_displacement_is_shared_among_its_frames():
+    state = began()._replace(hidden=3)
+    after, info = seen(replace(STILL, occlusion="never"), state)
+    shift = (info["region"] - state.estimate)[:2]
+    assert np.allclose(after.velocity, 0.5 * shift / 4)
+    assert after.hidden == 0
+
+
+def test_the_reference_is_the_mixture_of_four_histograms():
+    """(10): the reference as it was, the estimate, the heaviest particle, the first."""
+    tracker = replace(HybridResampling(n=40), occlusion="never", w_min=0.0)
+    state = began(tracker)
+    # A reference that has moved away from the first look, so that the two differ.
+    moved = state.target.q[:, ::-1].copy()
+    moved = 0.7 * state.target.q + 0.3 * moved
+    state = state._replace(target=state.target._replace(q=moved))
+    after, info = seen(tracker, state)
+    heaviest = info["particles"][np.argmax(info["weights"])]
+    image = tracker.bins(CLIP.frames[4])
+    looks = np.stack([info["region"], heaviest])
+    estimate, best = histograms(image, state.target.kernels, looks)
+    shares = info["shares"]
+    mixed = (
+        shares[0] * moved
+        + shares[1] * estimate
+        + shares[2] * best
+        + shares[3] * state.first
+    )
+    assert np.allclose(after.target.q, mixed, atol=1e-6)
+    # The two likelihoods are those against the reference as it was.
+    rho = coefficient(np.stack([estimate, best]), moved)[:, 0]
+    weigh = np.exp(-tracker.lam * (1 - rho))
+    assert shares[3] == tracker.gamma
+    assert shares[1] == pytest.approx(tracker.eta * weigh[0] / weigh.sum(), rel=1e-4)
+    assert shares[2] == pytest.approx(tracker.eta - shares[1])
+    assert info["distance"] == pytest.approx(np.sqrt(1 - rho[0]), abs=1e-4)
+
+
+def test_nothing_is_learnt_below_the_mean_likelihood():
+    learning = replace(HybridResampling(n=40), occlusion="never", w_min=0.0)
+    state = began(learning)
+    assert seen(learning, state)[1]["shares"][3] > 0
+    wary = replace(learning, w_min=1.0)
+    after, info = seen(wary, state)
+    assert info["shares"].tolist() == [1, 0, 0, 0]
+    assert np.allclose(after.target.q, state.target.q)
+
+
+def test_weights_multiply_from_frame_to_frame():
+    """(4): w_k ~ w_(k-1) p(z | x), with no test of acceptance."""
+    state = began()
+    heavy = np.arange(1.0, 41) / np.arange(1.0, 41).sum()
+    state = state._replace(weights=heavy)
+    image = STILL.bins(CLIP.frames[1])
+    regions, weights = STILL.accepted(
+        state, image, state.regions, np.full(40, 0.5), np.random.default_rng(0)
+    )
+    assert np.allclose(weights, heavy / 2) and regions is state.regions
+
+
+def test_metropolis_keeps_worse_places_as_often_as_their_ratio():
+    tracker = replace(STILL, n=4000, accept="metropolis")
+    state = began(tracker)
+    state = state._replace(regions=np.tile(CLIP.truth[0], (4000, 1)))
+    image = tracker.bins(CLIP.frames[0])
+    old = tracker.likelihoods(state.target, image, state.regions)
+    moved = state.regions + [1, 0, 0, 0, 0]
+    _, weights = tracker.accepted(
+        state, image, moved, 0.3 * old, np.random.default_rng(0)
+    )
+    assert np.mean(weights == 0.3 * old) == pytest.approx(0.3, abs=0.03)
+
+
+def test_the_level_alone_decides_what_is_hidden():
+    tracker = replace(STILL, level=0.1)
+    state, equal = began(), np.full(40, 1 / 40)
+    assert tracker.is_hidden(state, equal, np.full(40, 0.099))
+    assert not tracker.is_hidden(state, equal, np.r_[np.zeros(39), 0.1])
+    printed = replace(tracker, occlusion="n_eff", n_lim=0.5)
+    assert not printed.is_hidden(state, equal, np.zeros(40))
+    alone = np.r_[1.0, np.zeros(39)]
+    assert printed.is_hidden(state, alone, np.ones(40))
+
+
+def test_the_defaults_that_are_printed():
+    tracker = HybridResampling()
+    printed = (tracker.n, tracker.lam, tracker.inertial, tracker.gamma)
+    assert printed == (200, 20.0, 0.5, 0.1)

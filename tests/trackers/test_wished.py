@@ -1,0 +1,99 @@
+"""The filters of the four wishes: each is its parent where its wish is switched off."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mkt.histograms import learn
+from mkt.kernels import Kernels
+from mkt.regions import displaced
+from mkt.scenes.two_cameras import FRAMES, TwoViews, homographies, seen
+from mkt.scenes.varied import Varied
+from mkt.silhouettes import SIDE
+from mkt.trackers.neighbours import CrossBin
+from mkt.trackers.particle_filter import ParticleFilter
+from mkt.trackers.shaped import Shaped
+from mkt.trackers.two_cameras import FLOOR, Message, TwoCameras, heard
+from mkt.tracking import track
+
+CLIP = Varied("calm", 3).sequence()
+SHORT = replace(CLIP, frames=CLIP.frames[:12])
+
+
+def test_without_neighbours_it_is_the_particle_filter():
+    plain = track(ParticleFilter(n=40), SHORT, 1)
+    cross = track(CrossBin(n=40, measure="bhattacharyya"), SHORT, 1)
+    assert np.allclose(plain.regions, cross.regions, atol=1e-3)
+
+
+@pytest.mark.parametrize("measure", ["smoothed", "quadratic", "earth mover"])
+def test_each_measure_follows(measure):
+    found = track(CrossBin(n=60, measure=measure, lam=80), SHORT, 1)
+    off = np.linalg.norm(found.regions[5, :2] - CLIP.truth[5, :2])
+    assert off < 20 and not np.allclose(found.regions[1], CLIP.truth[1])
+
+
+def test_an_unknown_measure_or_shape_is_refused():
+    with pytest.raises(ValueError, match="measure"):
+        CrossBin(measure="nearest")
+    with pytest.raises(ValueError, match="shape"):
+        Shaped(shape="outline")
+
+
+@pytest.mark.parametrize("shape", ["grab-cut", "colour ratio"])
+def test_a_shaped_filter_learns_less_of_the_background(shape):
+    """On a starfish on grass its q* has less of the colours of the grass."""
+    clip = Varied("cut-out", 13).sequence()
+    box = Kernels("one", "uniform", span=1.5, elliptic=True)
+    rng = np.random.default_rng(0)
+    shaped = Shaped(n=10, kernels=box, shape=shape)
+    state = shaped.init(clip.frames[0], clip.truth[0], rng)
+    plain = learn(shaped.bins(clip.frames[0]), clip.truth[0], box)
+    assert state.target.q.shape == plain.q.shape
+    assert state.target.q.sum() == pytest.approx(1, abs=1e-5)
+    beside = displaced(clip.truth[0], -60, 0)
+    grass = learn(shaped.bins(clip.frames[0]), beside, box).q > 0.02
+    assert state.target.q[grass].sum() < 0.8 * plain.q[grass].sum()
+    assert len(state.target.kernels.mask) == SIDE**2
+
+
+def followed(seed, talking, wrong=0.0):
+    """Errors (T, 2) [px] of both cameras."""
+    views, (first, second) = TwoViews(seed), homographies()
+    truths = np.array([[seen(H, r) for H in (first, second)] for r in views.truth])
+    believed = first, second @ np.array([[1, 0, wrong], [0, 1, 0], [0, 0, 1.0]])
+    pair, rng = TwoCameras(believed, talking=talking), np.random.default_rng(seed)
+    states, regions = pair.init(views.frames(0), tuple(truths[0]), rng), [truths[0]]
+    for k in range(1, FRAMES):
+        states, found = pair.step(states, views.frames(k), rng)
+        regions.append(found.regions)
+    return np.linalg.norm(np.array(regions)[..., :2] - truths[..., :2], axis=-1)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_other_camera_bridges_a_wall(seed):
+    assert followed(seed, talking=False)[-1, 0] > 40
+    assert followed(seed, talking=True)[-1, 0] < 20
+
+
+def test_a_wrong_calibration_pulls_the_estimate_behind_the_wall():
+    right, wrong = followed(0, True), followed(0, True, 30.0)
+    assert wrong[25:35, 0].mean() > right[25:35, 0].mean() + 10
+
+
+def test_what_is_heard_is_a_gaussian_with_a_floor():
+    message = Message(np.array([10.0, 20.0]), np.zeros((2, 2)))
+    there, near, far = heard(message, np.array([[10, 20], [13, 20], [500, 20.0]]))
+    assert there == pytest.approx(0, abs=0.01)
+    assert near == pytest.approx(-0.5, abs=0.01)  # three pixels are one deviation
+    assert far == pytest.approx(np.log(FLOOR))
+
+
+def test_both_see_the_same_point_of_the_ground():
+    """A region's middle on the ground, seen and taken back, is where it was."""
+    region = np.array([150.0, 110.0, 0.4, 30.0, 20.0])
+    for H in homographies():
+        x, y, w = np.linalg.inv(H) @ [*seen(H, region)[:2], 1]
+        assert np.allclose([x / w, y / w], region[:2])
+    assert TwoViews(1) == TwoViews(1) and TwoViews(1).truth.shape == (FRAMES, 5)
