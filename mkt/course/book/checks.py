@@ -4,7 +4,6 @@ And `strip`, which makes it ready to be committed.
 """
 
 import ast
-import copy
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,29 +11,17 @@ import nbformat
 from IPython.core.inputtransformer2 import TransformerManager
 from nbformat import NotebookNode
 
+from mkt.course import stripping
 from mkt.files import whole
 
 HELPERS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)
 DOORS = ("show", "explore")  # the functions that put a figure into a notebook
 PICTURES = ("image/png", "text/html")
-# Of a cell's metadata; the rest is what a session left behind.
-KEPT = ("tags", "nbgrader", "slideshow")
 
 
 def strip(notebook: NotebookNode) -> NotebookNode:
     """A copy without outputs, execution counts and what else a session leaves."""
-    clean = copy.deepcopy(notebook)
-    for cell in clean.cells:
-        kept = {key: value for key, value in cell.metadata.items() if key in KEPT}
-        cell.metadata = nbformat.from_dict(kept)
-        if cell.cell_type == "code":
-            cell.outputs = []
-            cell.execution_count = None
-    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
-    clean.metadata = nbformat.from_dict(
-        {"kernelspec": kernel, "language_info": {"name": "python"}}
-    )
-    return clean
+    return nbformat.from_dict(stripping.stripped(notebook))
 
 
 def strip_file(path: Path) -> bool:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from mkt.course import stripping
 from mkt.course.commands import Commands, command
 from mkt.files import PACKAGE, ROOT
 
@@ -80,7 +81,8 @@ def _tell_git() -> None:
     """
     if not (shutil.which("git") and (ROOT / ".git").exists()):
         return
-    clean = f'"{Path(sys.executable).as_posix()}" -m mkt strip -'
+    program = Path(sys.executable), Path(stripping.__file__)
+    clean = " ".join(f'"{path.as_posix()}"' for path in program)
     _git("config", "--local", "filter.mkt.clean", clean)
     seeming = set(_git("ls-files", "--modified", "notebooks"))
     real = set(_git("diff", "--name-only", "--relative", "notebooks"))
