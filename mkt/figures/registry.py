@@ -56,7 +56,8 @@ class Shown:
         Tidy: a row for each point that is drawn, its columns named with their units
         where they have any, such as "x [px]".
     facts : dict
-        Numbers, arrays and words that titles state or that follow from the table.
+        Numbers, arrays, words and further tables that titles state or that follow from
+        the table.
     """
 
     table: pd.DataFrame

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from mkt.figures.registry import FIGURES, figure
@@ -39,6 +40,8 @@ def positions(name):
 
 def numbers_of(fact):
     """Every number of a fact, however deep, as a flat list; words have none."""
+    if isinstance(fact, pd.DataFrame):
+        fact = fact.select_dtypes("number")
     if isinstance(fact, dict):
         fact = list(fact.values())
     if isinstance(fact, list | tuple):

@@ -455,7 +455,8 @@ def fig9(
         held = [overlap(track.regions, clip.truth)[1:] > HIT for track in tracks]
         error = np.abs(widths / true - 1)[:, 1:][np.array(held)]
         means.append(f"{title} {error.mean():.0%} ({np.mean(held):.0%} held)")
-        measured = {"error": error, "held": np.mean(held, 1), "score": score[1:]}
+        looked = score[np.isfinite(score)]  # none is told while it searches
+        measured = {"error": error, "held": np.mean(held, 1), "score": looked}
         facts |= {f"{title} {name}": value for name, value in measured.items()}
         facts |= _likeness_facts(title, alike)
     left.set(xlabel="frame", ylabel="$H_x$ [px]", ylim=(0, 2 * true.max()))

@@ -103,7 +103,7 @@ def listing(function: Callable) -> list[str]:
     return lines
 
 
-@figure("nummiaro2003.fig1", size=(11, 10.6))
+@figure("nummiaro2003.fig1", size=(11, 11.1))
 def fig1(fig: Figure) -> Shown:
     """One iteration of the colour particle filter, and the lines that do it.
 
