@@ -14,6 +14,7 @@ import pytest
 from markdown_it import MarkdownIt
 
 from mkt.course.book import (
+    agreement,
     checks,
     contents,
     depends,
@@ -22,7 +23,7 @@ from mkt.course.book import (
     pages,
     pictures,
 )
-from mkt.course.book.site import write
+from mkt.course.book.site import prepare, write
 from mkt.experiments import claims, leaderboard, shipped
 from mkt.experiments.claims_as_text import measured
 from mkt.figures.registry import FIGURES
@@ -113,6 +114,29 @@ def test_chapter_is_headed_by_its_number_and_title(chapter):
 
 def test_chapters_stand_in_the_order_of_their_numbers():
     assert [c.name for c in BOOK.chapters] == sorted(c.name for c in BOOK.chapters)
+
+
+def test_parts_hold_all_chapters_in_their_order():
+    assert [c for part in BOOK.parts.values() for c in part] == list(BOOK.chapters)
+    assert len(BOOK.parts) == 6 and len(BOOK.parts["Trackers"]) == 6
+
+
+def test_imports_are_folded_on_the_page_and_other_code_is_not():
+    sources = "import numpy\nimport mkt\n\nmkt.use_style()", "import mkt\na = 1\nb = 2"
+    cells = [nbformat.v4.new_code_cell(source) for source in (*sources, "c = 3")]
+    page = prepare(nbformat.v4.new_notebook(cells=cells))
+    folded = ["hide-input" in cell.metadata.get("tags", ()) for cell in page.cells]
+    assert folded == [True, False, False]
+
+
+def test_the_gallery_says_of_each_figure_whether_it_agrees_with_the_print():
+    said = agreement.said(BOOK)
+    assert set(said) == set(FIGURES) and set(said.values()) <= set(agreement.WORDS)
+    assert said["teuliere2009.fig7"] == "agrees"
+    assert said["nummiaro2003.fig9"] == "in part"
+    assert all(said[name] == "ours" for name in FIGURES if name.startswith("own."))
+    page = pages.gallery(BOOK)
+    assert page.count("mkt-agrees") == list(said.values()).count("agrees") > 0
 
 
 def test_every_notebook_is_in_the_catalogue():
@@ -380,7 +404,7 @@ def test_names_of_folders_and_titles_are_shown_as_they_are():
     assert unescape(page).count(ugly) == 3  # the data, a column, a refusal
     assert "<b>" not in page and "<em>a</em>" not in page
     titled = replace(BOOK.chapters[0], title=ugly)
-    first = pages.first(replace(BOOK, chapters=(titled, *BOOK.chapters[1:])))
+    first = pages.first(replace(BOOK, chapters=(titled, *BOOK.chapters[1:])), [])
     assert ugly in unescape(first) and "<b>" not in first
 
 

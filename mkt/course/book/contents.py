@@ -6,6 +6,7 @@ Which chapters there are, in which order, and which figures each one shows.
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from mkt.files import ROOT
 
 NOTEBOOKS = ROOT / "notebooks"
 CATALOGUE = ROOT / "book.toml"
-KEYS = ("notebook", "title", "summary", "figures", "timeout")
+KEYS = ("part", "notebook", "title", "summary", "figures", "timeout")
 
 
 class BookError(ValueError):
@@ -35,6 +36,8 @@ class Chapter:
         Names of the figures that it shows.
     timeout : float [s]
         For the whole chapter.
+    part : str
+        What the chapters of one part of the book have in common.
     """
 
     notebook: Path
@@ -42,6 +45,7 @@ class Chapter:
     summary: str
     figures: tuple[str, ...]
     timeout: float
+    part: str = ""
 
     @property
     def name(self) -> str:
@@ -68,6 +72,12 @@ class Book:
     description: str
     cover: str
     chapters: tuple[Chapter, ...]
+
+    @property
+    def parts(self) -> dict[str, list[Chapter]]:
+        """{title: chapters} of the parts, in the order in which they are read."""
+        groups = groupby(self.chapters, key=lambda chapter: chapter.part)
+        return {part: list(chapters) for part, chapters in groups}
 
 
 def read(path: Path = CATALOGUE, notebooks: Path = NOTEBOOKS) -> Book:
@@ -111,6 +121,7 @@ def _chapter(entry: dict[str, Any], notebooks: Path) -> Chapter:
         summary=entry["summary"],
         figures=tuple(entry["figures"]),
         timeout=float(entry["timeout"]),
+        part=entry["part"],
     )
 
 

@@ -25,7 +25,7 @@ import numpy as np
 from markupsafe import Markup
 
 import mkt
-from mkt.course.book import live
+from mkt.course.book import agreement, live
 from mkt.course.book.contents import Book, Chapter
 from mkt.experiments import leaderboard as ranks
 from mkt.experiments import shipped
@@ -42,10 +42,11 @@ from mkt.experiments.claims import (
 from mkt.experiments.claims_as_text import measured
 from mkt.figures.registry import FIGURES, Entry
 from mkt.figures.static_panel import FILES, SCRIPT
-from mkt.files import ROOT
+from mkt.files import DATA, ROOT
 from mkt.scenes.drawn import drawn
 
 HERE = Path(__file__).parent
+FILM = DATA / "tracked.gif"
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
 # Class and sign of each verdict, beside the words.
 BADGES = {
@@ -133,20 +134,28 @@ def configuration(book: Book) -> str:
     return "".join(f"{name} = {value!r}\n" for name, value in settings.items())
 
 
-def first(book: Book) -> str:
-    """index.md: what the book is, its cover figure, its chapters."""
+def first(book: Book, verdicts: list[str]) -> str:
+    """index.md: what the book is, how the claims came out, its chapters."""
     where = next(chapter for chapter in book.chapters if book.cover in chapter.figures)
-    cover = _card(FIGURES[book.cover], where)
-    return _filled("index.md", book=book, cover=cover)
+    return _filled(
+        "index.md",
+        book=book,
+        cover=_card(FIGURES[book.cover], where),
+        counts=[(verdict, verdicts.count(verdict)) for verdict in BADGES],
+        files=FILES,
+        film=f"_static/{FILM.name}",
+        version=mkt.__version__,
+    )
 
 
 def gallery(book: Book) -> str:
     """gallery.md: every figure, with links to its chapter and to its source."""
     chapters = {name: chapter for chapter in book.chapters for name in chapter.figures}
     papers: dict[str, list[dict[str, str]]] = {}
+    said = agreement.said(book)
     for entry in FIGURES.values():
         cards = papers.setdefault(_headline(entry.function.__module__), [])
-        cards.append(_card(entry, chapters[entry.name]))
+        cards.append(_card(entry, chapters[entry.name]) | {"badge": said[entry.name]})
     return _filled("gallery.md", papers=papers)
 
 

@@ -3,6 +3,7 @@
 Nothing is executed here.
 """
 
+import ast
 import copy
 import shutil
 import subprocess
@@ -14,7 +15,7 @@ import nbformat
 from nbformat import NotebookNode
 
 from mkt.course.book import live, pages, pictures, security
-from mkt.course.book.checks import figure_cells
+from mkt.course.book.checks import figure_cells, tree
 from mkt.course.book.contents import NOTEBOOKS, Book, BookError
 from mkt.experiments import claims, leaderboard, shipped
 from mkt.figures.static_panel import FILES, SCRIPT
@@ -22,6 +23,7 @@ from mkt.files import named
 
 STYLE = Path(__file__).with_name("mkt.css")
 PICTURE = "image/png"
+IMPORTS = ast.Import, ast.ImportFrom
 
 
 def make(
@@ -56,6 +58,7 @@ def make(
     texts = _pages(book) | _scripts() | _reference() | _chapters(notebooks)
     files = {name: text.encode() for name, text in texts.items()}
     drawn = {f"{FILES}/{name}": content for name, content in pictures.drawn().items()}
+    drawn[f"_static/{pages.FILM.name}"] = pages.FILM.read_bytes()
     with named(source):
         write(files | drawn, source)
     return render(source, folder)
@@ -64,11 +67,12 @@ def make(
 def _pages(book: Book) -> dict[str, str]:
     """{path below the source folder: text} of what stands round the chapters."""
     measured, made = shipped.read_claims()
+    results = [claims.judge(one) for one in measured]
     return {
         "conf.py": pages.configuration(book),
-        "index.md": pages.first(book),
+        "index.md": pages.first(book, [result.verdict for result in results]),
         "gallery.md": pages.gallery(book),
-        "claims.md": pages.claims([claims.judge(one) for one in measured], made),
+        "claims.md": pages.claims(results, made),
         "leaderboard.md": pages.leaderboard(leaderboard.shipped()),
         "tasks.md": pages.tasks(),
         "track.md": pages.track(),
@@ -118,7 +122,7 @@ def prepare(notebook: NotebookNode) -> NotebookNode:
     """An executed notebook as the page shows it.
 
     It has a place to jump to before each figure, alternative texts, and no reprs of
-    drawing calls.
+    drawing calls; imports are folded.
     """
     page = copy.deepcopy(notebook)
     figures = {cell.id: names for cell, names in figure_cells(page)}
@@ -130,6 +134,7 @@ def prepare(notebook: NotebookNode) -> NotebookNode:
         cells += [_place(name) for name in fresh]
         if cell.cell_type == "code":
             _describe(cell)
+            _fold_imports(cell)
         cells.append(cell)
     page.cells = cells
     return page
@@ -139,6 +144,13 @@ def _place(name: str) -> NotebookNode:
     """A cell to jump to."""
     anchor = pages.anchor(name)
     return nbformat.v4.new_markdown_cell(f'<span id="{anchor}"></span>', id=anchor)
+
+
+def _fold_imports(cell: NotebookNode) -> None:
+    """Let a cell that does little but import show no more than that it is there."""
+    imports = [isinstance(node, IMPORTS) for node in tree(cell).body]
+    if imports and sum(imports) > len(imports) / 2:
+        cell.metadata["tags"] = [*cell.metadata.get("tags", ()), "hide-input"]
 
 
 def _describe(cell: NotebookNode) -> None:
