@@ -93,11 +93,10 @@ def test_all_trackers_of_the_library_in_one_axes_differ_in_colour_or_dashes():
 def test_where_colours_return_the_dashes_differ():
     styles = [(style["color"], style["ls"]) for style in servoing.STYLES]
     assert len(set(styles)) == len(styles) == 6
-    upper, lower = FIGURES["own.approach"].draw()[0].axes[1:]
-    for ax in (upper, lower):
+    for ax in FIGURES["own.approach"].draw()[0].axes[1:]:
         drawn = [
             (line.get_color(), line.get_linestyle())
             for line in ax.lines
             if not line.get_label().startswith("_")
         ]
-        assert len(set(drawn)) == len(drawn) > 3
+        assert len(set(drawn)) == len(drawn) > 2

@@ -109,6 +109,15 @@ def test_the_page_fits_a_telephone_and_a_wide_screen_by_day_and_by_night(
             )
 
 
+@pytest.mark.parametrize("size", [NARROW, WIDE], ids=["narrow", "wide"])
+def test_a_picture_is_there_before_one_scrolls(chapter, size):
+    chapter.page.set_viewport_size(size)
+    first = chapter.page.locator("article :is(img, canvas, video)").first
+    box = first.bounding_box()
+    top = chapter.page.evaluate("scrollY")
+    assert box["height"] > 60 and top + box["y"] + box["height"] <= 800
+
+
 def test_the_page_lacks_nothing_and_asks_nothing_of_a_network(opened):
     assert opened.troubles == []
 

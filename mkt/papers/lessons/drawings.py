@@ -1,108 +1,37 @@
-"""Drawings of mechanisms, one at the head of a chapter: crisp at any size.
+"""Drawings of how trackers work, one at the head of each of chapters 4 to 6, 9 to 14.
 
-They are no figures of a paper and have no sliders.  Where a drawing has numbers, they
-are computed by the library, so that it cannot show what the code does not do.  Each
-returns a Figure; `vector` turns it into a picture for a page.
+See `mkt.papers.lessons.pencil`.
 """
 
-import base64
-import html
-from collections.abc import Callable, Sequence
-from functools import wraps
-from io import BytesIO
+from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
-from IPython.display import HTML
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Polygon, Rectangle
 
 from mkt.evaluation import overlap
 from mkt.histograms import coefficient, log_likelihood
+from mkt.papers.lessons.pencil import (
+    ARROW,
+    BLUE,
+    BOX,
+    MIDDLE,
+    ORANGE,
+    PURPLE,
+    arrow,
+    boxes,
+    canvas,
+    drawing,
+)
 from mkt.particles import SCHEMES, effective_sample_size, normalised
-from mkt.plotting import CONTRAST, CURRENT, DESIRED, EIGHT, TRACKERS, TRUTH, in_style
-from mkt.plotting import new_figure as blank
+from mkt.plotting import CURRENT, DESIRED, EIGHT, TRACKERS, TRUTH
 from mkt.regions import from_box
 from mkt.types import Array
 
-BLUE, ORANGE, PURPLE = CONTRAST
-ARROW: dict[str, Any] = {"arrowstyle": "-|>", "color": TRUTH, "lw": 1.2}
-BOX = {"boxstyle": "round,pad=0.5", "fc": "aliceblue", "ec": BLUE}
-MIDDLE = {"ha": "center", "va": "center"}
-PIXELS = 80  # for each inch: 10 pt are 11 px
 
-
-def vector(fig: Figure, alt: str) -> HTML:
-    """A Figure as a picture of lines and curves, sharp on every screen.
-
-    Parameters
-    ----------
-    fig : matplotlib.figure.Figure
-    alt : str
-        What is to be seen, in words.
-    """
-    data = BytesIO()
-    with matplotlib.rc_context({"svg.hashsalt": "mkt", "svg.fonttype": "path"}):
-        fig.savefig(data, format="svg", metadata={"Date": None})
-    uri = base64.b64encode(data.getvalue()).decode()
-    width = round(fig.get_figwidth() * PIXELS)
-    text = html.escape(alt, quote=True)
-    return HTML(
-        f'<img src="data:image/svg+xml;base64,{uri}" alt="{text}" width="{width}" '
-        'style="max-width: 100%; height: auto; background: white">'
-    )
-
-
-def drawing(width: float, height: float) -> Callable:
-    """Decorator: a function that draws on a Figure of this size [inch].
-
-    Its docstring's second paragraph says in words what is to be seen.  The function
-    that results takes no arguments and returns the picture; its `figure` returns the
-    Figure.
-    """
-
-    def decorate(function: Callable[[Figure], None]) -> Callable[[], HTML]:
-        def figure() -> Figure:
-            with in_style():
-                fig = blank((width, height))
-                function(fig)
-                return fig
-
-        @wraps(function)
-        def picture() -> HTML:
-            words = (function.__doc__ or "").split("\n\n")[1]
-            with in_style():
-                return vector(figure(), " ".join(words.split()))
-
-        picture.figure = figure  # pyright: ignore[reportFunctionMemberAccess]
-        return picture
-
-    return decorate
-
-
-def _canvas(fig: Figure, width: float, height: float) -> Axes:
-    """Axes without lines over all of the Figure, in units of our own."""
-    ax = fig.add_axes((0, 0, 1, 1))
-    ax.set(xlim=(0, width), ylim=(0, height))
-    ax.set_axis_off()
-    return ax
-
-
-def _arrow(
-    ax: Axes, start: Sequence[float], end: Sequence[float], **style: Any
-) -> None:
-    ax.annotate("", end, start, arrowprops=ARROW | {"shrinkA": 0} | style)
-
-
-def _boxes(ax: Axes, words: Sequence[str], x: Sequence[float], y: float) -> None:
-    """Boxes in a row."""
-    for text, place in zip(words, x, strict=True):
-        ax.text(place, y, text, bbox=BOX, **MIDDLE)
-
-
-@drawing(9, 3)
+@drawing("04", 9, 3)
 def newton_on_kernels(fig: Figure) -> None:
     """A ball on a surface, and a kernel over pixels: chapter 4.
 
@@ -121,7 +50,7 @@ def newton_on_kernels(fig: Figure) -> None:
         fitted = value + slope * (near - start) + bend / 2 * (near - start) ** 2
         left.plot(near, fitted, "--", color=color, lw=1.2)
         left.plot(start, value, "o", color=color, ms=11)
-        _arrow(left, (start, value), (end, _two_bowls(end)), color=color)
+        arrow(left, (start, value), (end, _two_bowls(end)), color=color)
     left.text(0, -0.15, "the target", **MIDDLE)
     left.text(4.1, 0.13, "something like it", **MIDDLE)
     left.set(xlim=(-3.2, 5.2), ylim=(-0.25, 1.2), xticks=[], yticks=[])
@@ -152,7 +81,7 @@ def _draw_row(ax: Axes) -> None:
     k = 8  # a pixel that only the moved kernel sees well
     ax.plot([k + 0.5] * 2, [0, 1 - (2 / 3) ** 2], color=BLUE, lw=2)
     ax.text(9.7, 0.55, "its weight grows,\nits bin stays", va="center")
-    _arrow(ax, (4.6, 1.12), (6.4, 1.12))
+    arrow(ax, (4.6, 1.12), (6.4, 1.12))
     ax.text(5.5, 1.22, "the kernel moves", **MIDDLE)
     ax.text(6, -0.45, "the pixels stay", **MIDDLE)
     ax.set(xlim=(0, 13.5), ylim=(-0.6, 1.32))
@@ -190,7 +119,7 @@ def eight() -> dict[str, Array]:
     }  # pyright: ignore[reportReturnType]
 
 
-@drawing(9, 3.6)
+@drawing("05", 9, 3.6)
 def cycle(fig: Figure) -> None:
     """One round of the particle filter: chapter 5.
 
@@ -199,7 +128,7 @@ def cycle(fig: Figure) -> None:
     its place. Estimate: the weighted mean, near the truth. Draw: heavy particles are
     copied, in their colours, and light ones are gone.
     """
-    made, ax = eight(), _canvas(fig, 70, 36)
+    made, ax = eight(), canvas(fig, 70, 36)
     titles = ("1 predict", "2 weigh", "3 estimate", "4 draw")
     ax.plot([made["truth"]] * 2, [0, 33.5], color="0.8", lw=6, zorder=0)
     ax.text(made["truth"], 34.7, "the car is here", **MIDDLE)
@@ -226,7 +155,7 @@ def _draw_prediction(ax: Axes, before: Array, predicted: Array) -> None:
     for start, end, color in zip(before, predicted, EIGHT, strict=True):
         ax.plot(start, 32, "o", color=color, **style)
         ax.plot(end, 27.7, "o", color=color, **style)
-        _arrow(ax, (start, 31.4), (end, 28.4), lw=0.7)
+        arrow(ax, (start, 31.4), (end, 28.4), lw=0.7)
 
 
 def _draw_offspring(ax: Axes, places: Array, ancestors: Array) -> None:
@@ -240,7 +169,7 @@ def _draw_offspring(ax: Axes, places: Array, ancestors: Array) -> None:
             ax.plot(place, 2.2 + 1.9 * k, "o", color=color, **style)
 
 
-@drawing(9, 2.1)
+@drawing("06", 9, 2.1)
 def switch(fig: Figure) -> None:
     """Filter, switch, optimiser: chapter 6.
 
@@ -248,29 +177,29 @@ def switch(fig: Figure) -> None:
     switch. If the distance is at most epsilon the optimiser walks the last bit, and its
     end is the answer; otherwise the mean is. Nothing flows back to the filter.
     """
-    ax = _canvas(fig, 90, 21)
-    _boxes(ax, ["frame", "filter,\n75 particles"], [7, 23], 11)
-    _boxes(ax, ["optimiser"], [64], 16)
-    _boxes(ax, ["answer"], [83], 11)
+    ax = canvas(fig, 90, 21)
+    boxes(ax, ["frame", "filter,\n75 particles"], [7, 23], 11)
+    boxes(ax, ["optimiser"], [64], 16)
+    boxes(ax, ["answer"], [83], 11)
     diamond = [(44, 15.5), (51, 11), (44, 6.5), (37, 11)]
     ax.add_patch(Polygon(diamond, fc="#fff4dc", ec=ORANGE))
     ax.text(44, 11, r"$d_m \leq \varepsilon$?", **MIDDLE)
     for start, end in (((10, 11), (16.2, 11)), ((29.6, 11), (37, 11))):
-        _arrow(ax, start, end)
+        arrow(ax, start, end)
     ax.text(33.5, 12.8, r"$\bar x$, $d_m$", **MIDDLE)
     ax.plot([44, 44], [15.5, 16], color=TRUTH, lw=1.2)
-    _arrow(ax, (44, 16), (58, 16))
+    arrow(ax, (44, 16), (58, 16))
     ax.text(50, 17.6, "yes: seen", color=TRACKERS["combined"], **MIDDLE)
-    _arrow(ax, (70, 16), (79.5, 12.6))
+    arrow(ax, (70, 16), (79.5, 12.6))
     ax.plot([44, 44, 75], [6.5, 4, 4], color=TRUTH, lw=1.2)
-    _arrow(ax, (75, 4), (80, 9))
+    arrow(ax, (75, 4), (80, 9))
     ax.text(59, 5.5, "no: hidden, or lost", color=DESIRED, **MIDDLE)
     ax.plot([23, 23, 7], [7.2, 1.5, 1.5], color="0.4", lw=1.2)
-    _arrow(ax, (7, 1.5), (7, 8.8), color="0.4")
+    arrow(ax, (7, 1.5), (7, 8.8), color="0.4")
     ax.text(15, 2.9, "next frame", color="0.3", **MIDDLE)
 
 
-@drawing(9, 2.6)
+@drawing("09", 9, 2.6)
 def self_motion(fig: Figure) -> None:
     """Measure, filter, add: chapter 9.
 
@@ -284,18 +213,18 @@ def self_motion(fig: Figure) -> None:
     ax.set_axis_off()
     seen = "the image did\n$(e_k - e_{k-1}) / \\Delta t$"
     done = "the camera did\n$L\\,v_{k-1}$"
-    _boxes(ax, [seen, done], [12, 12], 20)
+    boxes(ax, [seen, done], [12, 12], 20)
     ax.texts[1].set_y(5)
     ax.text(28, 12.5, "$-$", size=16, bbox=BOX | {"boxstyle": "circle"}, **MIDDLE)
-    _arrow(ax, (19, 17), (26, 13.8))
-    _arrow(ax, (19, 8), (26, 11.2))
-    _boxes(ax, ["filter\n$K$", "law"], [42, 56], 12.5)
-    _arrow(ax, (30.4, 12.5), (38.6, 12.5))
+    arrow(ax, (19, 17), (26, 13.8))
+    arrow(ax, (19, 8), (26, 11.2))
+    boxes(ax, ["filter\n$K$", "law"], [42, 56], 12.5)
+    arrow(ax, (30.4, 12.5), (38.6, 12.5))
     ax.text(34.6, 14.7, "the car\ndid, $z_k$", ha="center", va="bottom")
-    _arrow(ax, (45.6, 12.5), (53.3, 12.5))
+    arrow(ax, (45.6, 12.5), (53.3, 12.5))
     ax.text(49.3, 14.4, r"$\widehat{\partial e}/\partial t$", **MIDDLE)
     ax.plot([56, 56, 12], [9.6, 1, 1], color=TRUTH, lw=1.2)
-    _arrow(ax, (12, 1), (12, 2.2))
+    arrow(ax, (12, 1), (12, 2.2))
     ax.text(38, 2.4, "$v_k$, until the next frame", **MIDDLE)
     _draw_bells(fig.add_axes((0.66, 0.2, 0.32, 0.66)))
 
@@ -333,7 +262,7 @@ def _draw_bells(ax: Axes) -> None:
     ax.legend(loc="upper left", borderaxespad=0, labelspacing=0.2)
 
 
-@drawing(9, 3)
+@drawing("10", 9, 3)
 def moving_ellipse(fig: Figure) -> None:
     """An ellipse with velocities: chapter 10.
 
@@ -341,7 +270,7 @@ def moving_ellipse(fig: Figure) -> None:
     its velocity. A moment later it is further on along the arrow, larger because the
     size grows too, and a little off because of the noise.
     """
-    ax = _canvas(fig, 90, 30)
+    ax = canvas(fig, 90, 30)
     first = Ellipse((16, 12), 16, 22, fc="aliceblue", ec=BLUE, lw=2)
     ax.add_patch(first)
     ax.plot(16, 12, "o", color=TRUTH, ms=5)
@@ -352,7 +281,7 @@ def moving_ellipse(fig: Figure) -> None:
     ):
         ax.plot([16, end[0]], [12, end[1]], color=BLUE, lw=1.5)
         ax.text(*place, name, **MIDDLE)
-    _arrow(ax, (16, 12), (36, 17), lw=2, color=ORANGE)
+    arrow(ax, (16, 12), (36, 17), lw=2, color=ORANGE)
     ax.text(29, 18.6, r"$(\dot x, \dot y)$", color="#8a5f00", **MIDDLE)
     ax.add_patch(Ellipse((36, 17), 17.2, 23.6, fill=False, ec="0.45", ls="--"))
     ax.text(45.5, 23.4, r"$A\,s$: moved, and grown by $\dot a$", va="center")
@@ -363,7 +292,7 @@ def moving_ellipse(fig: Figure) -> None:
     ax.text(73, 4, seven, ha="center", va="center")
 
 
-@drawing(9, 2.6)
+@drawing("11", 9, 2.6)
 def two_modes(fig: Figure) -> None:
     """Two modes: chapter 11.
 
@@ -372,7 +301,7 @@ def two_modes(fig: Figure) -> None:
     changes to initialising, which places samples anew in each frame and changes back in
     the first frame in which more than b N appear.
     """
-    ax = _canvas(fig, 90, 26)
+    ax = canvas(fig, 90, 26)
     for x, name, what, color in (
         (23, "tracking", "select, propagate,\nweigh, estimate, learn", CURRENT),
         (67, "initialising", "place samples anew\nin the zones", ORANGE),
@@ -381,9 +310,9 @@ def two_modes(fig: Figure) -> None:
         ax.text(x, 15.6, name, weight="bold", **MIDDLE)
         ax.text(x, 11.2, what, **MIDDLE)
     bow = {"connectionstyle": "arc3,rad=-0.28", "shrinkB": 0}
-    _arrow(ax, (32, 18.5), (58, 18.5), **bow)
+    arrow(ax, (32, 18.5), (58, 18.5), **bow)
     ax.text(45, 23.8, "fewer than $b\\,N$ appear in 5 frames on end", **MIDDLE)
-    _arrow(ax, (58, 7.5), (32, 7.5), **bow)
+    arrow(ax, (58, 7.5), (32, 7.5), **bow)
     ax.text(45, 2, "more than $b\\,N$ appear in one frame", **MIDDLE)
     ax.text(45, 13, "$b = .1$", **MIDDLE)
     _loop_back(ax, 5.5, "a short\nocclusion", -1)
@@ -394,7 +323,7 @@ def _loop_back(ax: Axes, x: float, words: str, side: int) -> None:
     """An arrow from a state back to itself, at its left (-1) or its right (1)."""
     edge = x - 5.2 * side
     bow = {"connectionstyle": f"arc3,rad={-1.6 * side}", "shrinkB": 0}
-    _arrow(ax, (edge, 16.2), (edge, 9.8), **bow)
+    arrow(ax, (edge, 16.2), (edge, 9.8), **bow)
     ax.text(x, 21, words, **MIDDLE)
 
 
@@ -427,7 +356,7 @@ def creep(alpha: float, shares: Array) -> tuple[Array, Array]:
     return np.array(score), np.array(car)
 
 
-@drawing(9, 2.7)
+@drawing("12", 9, 2.7)
 def drift(fig: Figure) -> None:
     """Drift, step by step: chapter 12.
 
@@ -457,7 +386,7 @@ def drift(fig: Figure) -> None:
     lower.legend(ncols=2, borderaxespad=0.1, **place)
 
 
-@drawing(9, 2.7)
+@drawing("13", 9, 2.7)
 def hybrid(fig: Figure) -> None:
     """Two ways to go on, and a search that widens: chapter 13.
 
@@ -490,7 +419,7 @@ def hybrid(fig: Figure) -> None:
     )
 
 
-@drawing(9, 2.4)
+@drawing("14", 9, 2.4)
 def two_boxes(fig: Figure) -> None:
     """Two boxes and their overlap: chapter 14.
 
@@ -523,16 +452,3 @@ def two_boxes(fig: Figure) -> None:
 def _sides(a: Sequence[float], b: Sequence[float]) -> list[tuple[float, ...]]:
     """Starts and lengths of two boxes along x, and along y."""
     return [(a[k], a[k + 2], b[k], b[k + 2]) for k in (0, 1)]
-
-
-DRAWINGS = {
-    "04": newton_on_kernels,
-    "05": cycle,
-    "06": switch,
-    "09": self_motion,
-    "10": moving_ellipse,
-    "11": two_modes,
-    "12": drift,
-    "13": hybrid,
-    "14": two_boxes,
-}

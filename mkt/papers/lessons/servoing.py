@@ -3,6 +3,7 @@
 What a motion does to the image, how a loop closes, and where it is best tuned.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, TypeAlias
 
@@ -89,7 +90,7 @@ def interaction(
     view its column of L: by how much the features change in a second at 1 m/s or 1
     rad/s.  The sliders place, turn and scale the car in the image.
     """
-    workspace = Workspace(exposure=0.0)
+    workspace = Workspace(table="gravel", exposure=0.0)
     place = 159.5 + x, 119.5 + y, np.deg2rad(turn)
     region = np.array([*place, 50 * scale, 31.25 * scale])
     pose = workspace.facing(region, CAR)
@@ -177,7 +178,7 @@ def _motion_table(L: Array, outlines: Array) -> pd.DataFrame:
 
 @figure(
     "own.approach",
-    size=(10, 4.6),
+    size=(10, 5.2),
     grid=("gain", "fps"),
     gain=[0.25, 0.5, 1.0, 2.0, 4.0, 6.0],
     fps=[2.5, 5, 10, 25],
@@ -198,8 +199,9 @@ def approach(
 
     Exact features, no compensation.  Left, the image: green the car at the start, red
     where it should appear, black the paths of its corners, a dot for each frame.  Right
-    above, the errors, and dotted the exponentials that (17) promises; below, the
-    camera's velocities.  A loop that runs away is drawn as far as it sees the car.
+    above, the errors, and dotted the exponentials that (17) promises; below, how fast
+    the camera moves and how fast it turns.  A loop that runs away is drawn as far as it
+    sees the car.
     """
     tried = Experiment(
         Servo(gain=gain, dt=1 / fps, delay=delay, dof=dof, filter=OFF),
@@ -215,11 +217,11 @@ def approach(
     _draw_approach(left, tried, run, outlines)
     left.set_title(f"gain x frame period = {gain / fps:.2f}")
     margins = {"left": 0.59, "right": 0.985, "bottom": 0.11, "top": 0.93}
-    spaces = margins | {"hspace": 0.2}
-    upper, lower = fig.subplots(2, 1, sharex=True, gridspec_kw=spaces)
+    spaces = margins | {"hspace": 0.28}
+    upper, *lower = fig.subplots(3, 1, sharex=True, gridspec_kw=spaces)
     _draw_errors(upper, run, promised)
     _draw_velocities(lower, run)
-    for ax in (upper, lower):
+    for ax in (upper, *lower):
         ax.axhline(0, color="0.6", lw=0.8, zorder=0)
         _add_legend(ax)
     table = _approach_table(run, promised, outlines)
@@ -247,11 +249,14 @@ def _draw_errors(ax: Axes, run: Run, promised: Array) -> None:
     ax.set(xlim=(0, 6), ylim=(-largest, largest), ylabel="error")
 
 
-def _draw_velocities(ax: Axes, run: Run) -> None:
-    """The six components of the camera's twist over time."""
-    for name, velocity, style in zip(AXES, run.velocities.T, STYLES, strict=True):
-        ax.step(run.times, velocity, where="post", label=name, **style)
-    ax.set(xlabel="time [s]", ylabel="velocity [m/s, rad/s]")
+def _draw_velocities(axes: Sequence[Axes], run: Run) -> None:
+    """The six components of the camera's twist over time: three ways, three turns."""
+    curves = list(zip(AXES, run.velocities.T, STYLES, strict=True))
+    for ax, three in zip(axes, (curves[:3], curves[3:]), strict=True):
+        for name, velocity, style in three:
+            ax.step(run.times, velocity, where="post", label=name, **style)
+    axes[0].set_ylabel("[m/s]")
+    axes[1].set(xlabel="time [s]", ylabel="[rad/s]")
 
 
 def _add_legend(ax: Axes) -> None:

@@ -205,7 +205,8 @@ def fig2(
     left = fig.add_axes((0.01, 0.08, 0.46, 0.82))
     off = [np.hypot(*region[:2] - truth[:2]) for region in (mean, best)]
     title = (
-        f"frame {frame}: mean {off[0]:.0f} px, top {off[1]:.0f} px from the annotation"
+        f"frame {frame}; from the annotation: mean of\nthe samples {off[0]:.0f} px, "
+        f"top of the hill {off[1]:.0f} px"
     )
     show_frame(left, clip.frames[frame], title)
     _draw_ellipses(left, samples[:30], mean, truth, extent)
@@ -283,8 +284,7 @@ def _draw_coefficients(
     """The surface, and what stands on it."""
     labels = {"xlabel": "x [px]", "ylabel": "y [px]", "zlabel": r"$\rho$"}
     labels["title"] = f"coefficient, at most {rho.max():.2f}"
-    levels = np.floor(10 * rho.min()) / 10, 1
-    draw_surface(ax, offsets, offsets, rho, levels, **labels)
+    draw_surface(ax, offsets, offsets, rho, (0, 1), **labels)
     styles = {"sample": (SAMPLE, 2.5), "mean": (MEAN, 8), "top": (FOUND, 6)}
     for name, part in standing.groupby("drawn", sort=False):
         color, size = styles[str(name)]

@@ -18,6 +18,7 @@ from mkt.histograms import histograms, learn
 from mkt.kernels import PROFILES, Kernels
 from mkt.plotting import (
     CONTRAST,
+    TRUTH,
     draw_histogram,
     draw_kernels,
     draw_map,
@@ -36,6 +37,7 @@ WIDTH = 96.0  # of the object [px]; ours, the paper does not say
 # pixels too.
 MIDDLE = (159.5, 119.5)
 LEVELS = (0, 0.9)  # of the distance, for its colours
+HIGHEST = 0.65  # a bar of figure 1, over all its sliders
 
 
 def still(item: str, seed: int = 0) -> Sequence:
@@ -135,6 +137,7 @@ def fig1(
     show_frame(middle, picture, "pulled back and weighted")
     title = f"{filled} of {color_bins.m} bins filled"
     draw_histogram(right, q, color_bins, title=title)
+    right.set_ylim(0, HIGHEST)
     table = {"bin": np.arange(color_bins.m), "q": q}
     return shown(table, sum=float(q.sum()), filled=filled)
 
@@ -299,8 +302,9 @@ def _draw_cuts(ax: Axes, degrees: Array, cuts: Mapping[str, Array]) -> None:
     for (title, distances), color in zip(cuts.items(), colors, strict=True):
         ax.plot(degrees, distances, color=color, label=title, lw=2)
     ax.set(xlabel="rotation at the true place [deg]", ylabel="distance")
-    ax.set(xlim=(-60, 60), ylim=(0, 0.7), xticks=range(-60, 61, 20))
-    ax.legend(loc="upper center", ncols=2)
+    ax.axvline(0, color=TRUTH, lw=0.8, ls=":")
+    ax.set(xlim=(-60, 60), ylim=LEVELS, xticks=range(-60, 61, 20))
+    ax.legend(loc="upper left", ncols=2)
 
 
 def _surface_table(
@@ -335,12 +339,12 @@ def fig4(
     Above, the object standing still and the same object crossing the same place while
     the shutter is open: the frame is the mean of sub-frame renders over the exposure.
     Below, the distance to the still object over rotation and x location in either
-    frame, its lowest point marked.  Speed and exposure are ours; the paper prints one
-    blurred frame.
+    frame; the dotted lines meet at the truth, the cross is the lowest point.
+    Speed and exposure are ours; the paper prints one blurred frame.
     """
     sharp = still(item, seed)
     blurred = _crossing(item, exposure, float(speed), seed + 1).sequence()
-    crossing = f"{speed} px a frame, shutter open for {exposure:g} of it"
+    crossing = f"{speed} px per frame, exposure {exposure:.0%} of it"
     frames = {"standing still": sharp.frames[1], crossing: blurred.frames[1]}
     bins, region = ColorBins(), sharp.truth[0]
     x, theta = np.linspace(-30, 30, 41), np.deg2rad(np.linspace(-60, 60, 41))
@@ -370,4 +374,6 @@ def _draw_distances(ax: Axes, x: Array, degrees: Array, z: Array) -> Any:
     """A surface (41, 41) round the truth from above.  Returns its mesh."""
     title = f"distance at the truth {z[20, 20]:.2f}"
     labels = {"xlabel": "x [px]", "ylabel": "rotation [deg]", "title": title}
+    for draw in (ax.axvline, ax.axhline):
+        draw(0, color="white", lw=0.8, ls=":")  # the truth
     return draw_map(ax, x, degrees, z, LEVELS, **labels)
