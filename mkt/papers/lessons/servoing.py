@@ -55,6 +55,7 @@ STYLES: list[dict[str, Any]] = [
 PUSH = np.array([0.06] * 3 + [0.1, 0.1, 0.25])  # [m] and [rad]: far enough to be seen
 FILTERS = {"off": OFF, "raw": RAW, "Kalman": Kalman()}
 CAR = (0.0, 0.0, np.pi / 2)  # a place [m, rad]
+TABLE = "gravel"  # what one may look down on; the features do not look at it
 STILL = ((0.0, *CAR),)
 MOST = 1e3  # [cm], larger errors are cut off: one that runs away would be infinite
 
@@ -90,7 +91,7 @@ def interaction(
     view its column of L: by how much the features change in a second at 1 m/s or 1
     rad/s.  The sliders place, turn and scale the car in the image.
     """
-    workspace = Workspace(table="gravel", exposure=0.0)
+    workspace = Workspace(table=TABLE, exposure=0.0)
     place = 159.5 + x, 119.5 + y, np.deg2rad(turn)
     region = np.array([*place, 50 * scale, 31.25 * scale])
     pose = workspace.facing(region, CAR)
@@ -231,7 +232,7 @@ def approach(
 
 def _draw_approach(ax: Axes, experiment: Experiment, run: Run, outlines: Array) -> None:
     """The image at the start, and the ways of the corners (T, 4, 2)."""
-    show_frame(ax, _pale_view(experiment.workspace, run.poses[0]))
+    show_frame(ax, _pale_view(Workspace(table=TABLE), run.poses[0]))
     draw_region(ax, experiment.servo.desired, DESIRED, lw=2.5)
     draw_region(ax, run.truths[0], CURRENT, lw=2.5)
     for path in np.swapaxes(outlines, 0, 1):

@@ -303,7 +303,7 @@ def _draw_cuts(ax: Axes, degrees: Array, cuts: Mapping[str, Array]) -> None:
         ax.plot(degrees, distances, color=color, label=title, lw=2)
     ax.set(xlabel="rotation at the true place [deg]", ylabel="distance")
     ax.axvline(0, color=TRUTH, lw=0.8, ls=":")
-    ax.set(xlim=(-60, 60), ylim=LEVELS, xticks=range(-60, 61, 20))
+    ax.set(xlim=(-60, 60), ylim=(0, 1), xticks=range(-60, 61, 20))
     ax.legend(loc="upper left", ncols=2)
 
 
