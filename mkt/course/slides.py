@@ -30,6 +30,7 @@ OPENING = ("01", "04", "07", "10", "13", "15")  # the chapters that open a part
 DPI = 150
 SHOWN = re.compile(r'mkt\.(?:show|explore)\("([\w.]+)"')
 HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
+QUESTION = re.compile(r"^\*\*The question:\*\* (.+(?:\n.+)*)", re.MULTILINE)
 ANSWER = re.compile(r"<details>.*?</details>", re.DOTALL)
 SUMMARY = re.compile(r"</?details>|<summary>.*?</summary>")
 EQUATION = re.compile(r"\$\$(.+?)\$\$", re.DOTALL)
@@ -67,10 +68,10 @@ def slides(chapter: Chapter) -> list[Slide]:
     """The slides of a chapter, in the order of its cells."""
     cells = nbformat.read(chapter.notebook, 4).cells
     opening = cells[0].source
-    question = re.search(r"^\*\*The question:\*\* (.+(?:\n.+)*)", opening, re.MULTILINE)
+    question = QUESTION.findall(opening)
     return [
         Slide("title", _heading(cells[0]), chapter.summary),
-        *([Slide("text", "The question", question[1])] if question else []),
+        Slide("text", "The question", question[0][:1].upper() + question[0][1:]),
         Slide("text", "Afterwards you can", _bullets(opening)),
         *_body(cells[1:]),
         Slide("text", "Takeaways", _bullets(_section(cells, "Takeaways"))),

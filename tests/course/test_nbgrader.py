@@ -84,7 +84,8 @@ def test_nbgrader_gives_the_same_points_and_a_page_for_each_student(course):
         theirs = {
             row["student_id"]: float(row["score"]) for row in csv.DictReader(file)
         }
-    ours = graded(course / "submitted", course / "ours.csv")
+    trusted = "--trust-the-students"  # in whichever environment nbgrader is
+    ours = graded(course / "submitted", course / "ours.csv", trusted)
     assert theirs == {student: float(row["points"]) for student, row in ours.items()}
     assert theirs == {"anna": 3, "ben": 0, "cara": 0, "dora": 3}
     nbgrader(course, "generate_feedback", "toy")
