@@ -26,7 +26,6 @@ from mkt.figures.registry import FIGURES
 from mkt.files import whole
 from mkt.plotting import in_style
 
-OPENING = ("01", "04", "07", "10", "13", "15")  # the chapters that open a part
 DPI = 150
 SHOWN = re.compile(r'mkt\.(?:show|explore)\("([\w.]+)"')
 HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
@@ -186,7 +185,8 @@ def chosen(book: Book, numbers: Sequence[int]) -> list[Chapter]:
         raise ValueError(
             f"there is no chapter {unknown[0]}; give numbers from 1 to {max(chapters)}"
         )
-    return [chapters[int(number)] for number in (numbers or OPENING)]
+    opening = [part[0] for part in book.parts.values()]
+    return [chapters[number] for number in numbers] or opening
 
 
 def write(book: Book, chapters: Sequence[Chapter], folder: Path) -> list[Path]:

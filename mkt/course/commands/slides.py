@@ -15,7 +15,7 @@ def add(commands: Commands) -> None:
         "Writes an HTML file for each chapter: its question, goals, equations,\n"
         "predictions with their figures, and takeaways, as they stand in the chapter.\n"
         "Arrow keys turn the slides, and the browser's Print makes a PDF of them.\n"
-        "Without numbers it takes the six chapters with which a part begins.",
+        "Without numbers it takes the first chapter of each part.",
         "slides -o slides",
         "slides 5 6 -o slides",
         clone=True,
