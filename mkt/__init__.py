@@ -62,6 +62,7 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `~mkt.own_video.box_picker`, `~mkt.own_video.static`
 `mkt.course`       `~mkt.course.cli` and its commands, `~mkt.course.environment`,
                    `~mkt.course.doctor`, `~mkt.course.speed`, `~mkt.course.stripping`,
+                   `~mkt.course.slides`,
                    `~mkt.course.figure_arguments`, `~mkt.course.own_tracker`,
                    `~mkt.course.book`, `~mkt.course.labs`
 =================  =================================================================

@@ -21,13 +21,14 @@ from mkt.course.commands import (
     figure,
     lab,
     labs,
+    slides,
     test,
     track,
 )
 from mkt.files import is_clone
 
 # In the order in which --help names them.
-COMMANDS = (book, test, lab, figure, claims, track, bench, data, doctor, labs)
+COMMANDS = (book, test, lab, figure, claims, track, bench, data, doctor, labs, slides)
 HANDING_ON = ("test", "lab")  # their unknown words go to pytest and to JupyterLab
 TOO_LARGE = (
     "there is not enough memory for this; choose smaller numbers, or close other "

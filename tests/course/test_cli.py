@@ -388,3 +388,16 @@ def test_a_name_that_is_not_utf_8_can_be_written_and_printed(tmp_path):
     words = ["-m", "mkt", "figure", FIGURE, "-o", name]
     done = subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True)
     assert done.returncode == 0 and done.stdout.endswith(rb"caf\udce9.csv" + b"\n")
+
+
+@pytest.mark.parametrize("camera", ["0", "rtsp://camera/stream"])
+def test_track_says_what_follows_a_camera(camera, capsys):
+    with pytest.raises(SystemExit):
+        cli.parse(["track", camera])
+    assert "not cameras; `live` in RESEARCH.md" in capsys.readouterr().err
+
+
+def test_track_takes_a_folder_whose_name_is_a_number(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "0").mkdir()
+    assert str(cli.parse(["track", "0"]).video) == "0"

@@ -158,9 +158,24 @@ def test_the_empty_lab_has_no_faults_outside_its_checks(lab):
     assert marks.faults(LABS[lab], tried(lab)["empty"]) == []
 
 
+@pytest.mark.slow
 @each_lab
-def test_every_lab_has_wrong_answers_a_question_and_points(lab):
+def test_every_cell_runs_with_the_last_right_answer_to_each_piece(lab):
+    chosen = {one["cell"]: one["code"] for one in right_answers(lab).values()}
+    cells = [
+        Cell(cell.name, chosen.get(cell.name, cell.source))
+        for cell in code(LABS[lab], "solution", "given", None)
+    ]
+    with Student(cells, 60, boxed=False) as student:
+        assert student.failures == {}
+
+
+@each_lab
+def test_every_lab_has_wrong_answers_and_right_ones_a_question_and_points(lab):
     assert len(wrong_answers(lab)) >= 3
+    assert len(right_answers(lab)) >= 12
+    written = {one["cell"] for one in right_answers(lab).values()}
+    assert {*of_role(LABS[lab], "solution")} - written <= {"my_name"}
     assert of_role(LABS[lab], "question")
     assert all(
         points(cell) > 0 for cell in of_role(LABS[lab], "check", "question").values()
@@ -221,6 +236,7 @@ def test_nbgrader_makes_the_same_version_for_students(lab):
         preprocessors.ClearSolutions,
         preprocessors.ClearHiddenTests,
         preprocessors.LockCells,
+        preprocessors.ComputeChecksums,
     ):
         theirs, _ = step().preprocess(theirs, {})
     assert [cell for cell in theirs.cells if cell.id != "teacher"] == released(

@@ -1,8 +1,10 @@
 """`labs handout`: what a student gets runs by itself, and gives nothing away."""
 
 import os
+import re
 import subprocess
 import sys
+import urllib.parse
 import zipfile
 
 import nbformat
@@ -36,6 +38,23 @@ def test_it_has_chapters_labs_and_the_two_commands_also_in_the_zip(given):
     assert "course/notebooks/handout/lab_1_histograms_and_kernels.ipynb" in names
     text = (given / "README.md").read_text(encoding="utf-8")
     assert "python3 -m mkt lab\n" in text and "python3 -m mkt labs check" in text
+
+
+def test_what_the_links_for_servers_open_is_in_it(given):
+    links = [
+        urllib.parse.unquote(link)
+        for link in re.findall(r"https://[^`)]+", (given / "COURSE.md").read_text())
+        if "urlpath=" in link
+    ]
+    assert {urllib.parse.urlsplit(link).netloc for link in links} == {
+        "mybinder.org",
+        "HUB",
+    }
+    for link in links:
+        opened = link.partition("urlpath=")[2].partition("&")[0]
+        path = opened.removeprefix("lab/tree/").removeprefix("REPOSITORY/")
+        assert (given / path).is_file(), link
+    assert (given / ".binder" / "requirements.txt").is_file()
 
 
 @pytest.mark.slow

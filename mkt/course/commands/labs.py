@@ -15,6 +15,7 @@ DESCRIPTION = (
     "stays as it is: there may be work in it.\n"
     "`handout` writes a folder and a zip for students who have nothing yet: the\n"
     "library, the chapters and the labs, without solutions and hidden checks.\n"
+    "`nbgrader` writes a course for those who grade with nbgrader.\n"
     "`check` runs your notebook and says in words what its checks found; start it\n"
     "whenever you like.\n"
     "`grade` runs what the students handed in, with the hidden checks, and writes\n"
@@ -27,7 +28,7 @@ DESCRIPTION = (
 
 
 def add(commands: Commands) -> None:
-    """Describe the command and its three actions."""
+    """Describe the command and its actions."""
     parser = command(
         commands,
         "labs",
@@ -36,6 +37,7 @@ def add(commands: Commands) -> None:
         DESCRIPTION,
         "labs release",
         "labs handout -o course",
+        "labs nbgrader -o mkt-course",
         "labs check notebooks/handout/lab_1_histograms_and_kernels.ipynb",
         "labs grade submitted -o grades.csv",
         "labs grade --merge -o grades.csv",
@@ -92,14 +94,18 @@ def _add_handout(actions: Commands) -> None:
     handout = actions.add_parser(
         "handout", help="write a folder and a zip that students can start from"
     )
-    handout.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        required=True,
-        metavar="FOLDER",
-        help="where to; it must not be there yet, and FOLDER.zip neither",
+    nbgrader = actions.add_parser(
+        "nbgrader", help="write a course for nbgrader: its configuration, and sources"
     )
+    for action, more in ((handout, ", and FOLDER.zip neither"), (nbgrader, "")):
+        action.add_argument(
+            "-o",
+            "--output",
+            type=Path,
+            required=True,
+            metavar="FOLDER",
+            help=f"where to; it must not be there yet{more}",
+        )
 
 
 def _add_grade(actions: Commands):
@@ -148,6 +154,7 @@ def run(args) -> int | None:
     actions = {
         "release": _release,
         "handout": _handout,
+        "nbgrader": _nbgrader,
         "check": _check,
         "grade": _grade,
     }
@@ -170,6 +177,13 @@ def _handout(args) -> None:
     from mkt.course.labs import handout
 
     for path in handout.write(args.output):
+        print(path)
+
+
+def _nbgrader(args) -> None:
+    from mkt.course.labs import notebooks
+
+    for path in notebooks.for_nbgrader(args.output):
         print(path)
 
 

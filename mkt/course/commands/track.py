@@ -10,6 +10,10 @@ from mkt.course.commands import Commands, command
 TRACKER = "guided"
 INTERRUPTED = 130  # what shells expect of a program stopped by Ctrl-C
 ASKED = 2  # the box is still to be read off
+CAMERA = (
+    "{}: track reads files, not cameras; `live` in RESEARCH.md follows a camera while "
+    "it runs, and the panel of chapter 3 records one"
+)
 
 
 def add(commands: Commands) -> None:
@@ -128,6 +132,8 @@ def check(args) -> str | None:
     """
     if args.settings is None and args.video is None:
         return "track needs a VIDEO, or --settings FILE"
+    if args.video and _is_camera(str(args.video)):
+        return CAMERA.format(args.video)
     if args.box and len(args.box) > 1:
         return "track follows one object; RESEARCH.md has ten lines for several"
     # A file is not believed where code is to be run: the class must be said again.
@@ -139,6 +145,11 @@ def check(args) -> str | None:
             "out, or change them in a copy of the file"
         )
     return None
+
+
+def _is_camera(video: str) -> bool:
+    """Whether a camera is meant: a number, or an address, and no file of that name."""
+    return (video.isdecimal() or "://" in video) and not Path(video).exists()
 
 
 def run(args) -> int | None:

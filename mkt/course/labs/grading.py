@@ -7,6 +7,7 @@ teacher has typed into it, so that a run that was stopped can be started again.
 import tempfile
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,6 +29,7 @@ from mkt.course.labs.marks import read as read_notebook
 from mkt.course.labs.notebooks import labs, name, of_role, points
 from mkt.course.labs.submissions import Submission, coincidences, handed_in
 from mkt.course.labs.table import Row
+from mkt.course.labs.variants import written_name
 from mkt.files import new_file
 
 # Of the table, before and after the checks and questions.
@@ -82,7 +84,8 @@ def grade(
     with tempfile.TemporaryDirectory(prefix="mkt-labs-") as copies:
         found = handed_in(folder, sources, Path(copies))
         found = [_recognised(one, sources) for one in found]
-        grader = _Grader(sources, coincidences(found), limit, boxed=not trusted)
+        odd = coincidences(found, _names(found))
+        grader = _Grader(sources, odd, limit, boxed=not trusted)
         done = {(row["file"], row["sha256"]) for row in rows}
         left = [one for one in found if _key(one) not in done]
         try:
@@ -195,6 +198,16 @@ def _recognised(one: Submission, sources: Labs) -> Submission:
     }
     best = max(shared, key=shared.__getitem__)
     return replace(one, lab=best) if shared[best] else one
+
+
+def _names(found: Iterable[Submission]) -> dict[Path, str]:
+    """The names that stand in submissions, where they can be read."""
+    names = {}
+    for one in found:
+        with suppress(OSError, ValueError):
+            if one.copy:
+                names[one.path] = written_name(read_notebook(one.copy))
+    return names
 
 
 def _key(one: Submission) -> tuple[str, str]:

@@ -15,6 +15,7 @@ says whose version this is, is left out.
 """
 
 import copy
+import hashlib
 import re
 from pathlib import Path
 
@@ -31,6 +32,13 @@ STUBS = {
     "code": "# YOUR CODE HERE\nraise NotImplementedError()",
     "markdown": "YOUR ANSWER HERE",
 }
+LIMIT = 60  # [s] of a cell, as `labs check` and `labs grade` have it
+CONFIGURATION = """\
+c = get_config()
+c.CourseDirectory.course_id = "mkt"
+c.ExecutePreprocessor.timeout = {limit}
+c.ExecutePreprocessor.interrupt_on_timeout = True  # and go on with the next cell
+"""
 # By nbgrader's "solution", "grade" and "locked".
 _ROLES = {
     (True, False, False): "solution",
@@ -95,7 +103,10 @@ def headings(notebook: NotebookNode) -> dict[str, str]:
 
 
 def released(lab: NotebookNode) -> NotebookNode:
-    """The student's version of a lab: without solutions and hidden tests."""
+    """The student's version of a lab: without solutions and hidden tests.
+
+    Its cells have nbgrader's checksums, by which that finds what a student has edited.
+    """
     student = copy.deepcopy(lab)
     student.cells = [cell for cell in student.cells if cell.get("id") != "teacher"]
     for cell in student.cells:
@@ -106,7 +117,46 @@ def released(lab: NotebookNode) -> NotebookNode:
             cell.metadata["deletable"] = False
         if role(cell) in ("check", "given"):
             cell.metadata["editable"] = False
+        if role(cell):
+            cell.metadata["nbgrader"]["checksum"] = _checksum(cell)
     return student
+
+
+def _checksum(cell: NotebookNode) -> str:
+    """What ``nbgrader.utils.compute_checksum`` says of a cell."""
+    meta = cell.metadata["nbgrader"]
+    flags = [str(meta[key]) for key in ("grade", "solution", "locked")]
+    worth = [str(float(meta["points"]))] if meta["grade"] else []
+    parts = [cell.source, cell.cell_type, *flags, meta["grade_id"], *worth]
+    return hashlib.md5("".join(parts).encode(), usedforsecurity=False).hexdigest()
+
+
+def for_nbgrader(folder: Path) -> list[Path]:
+    """Write a course of nbgrader's: its configuration, and every lab as a source.
+
+    The sources have solutions and hidden tests, which ``nbgrader generate_assignment``
+    takes away, and no line that says whose version this is.
+
+    Parameters
+    ----------
+    folder : Path
+        Which must not be there yet.
+
+    Raises
+    ------
+    ValueError
+        Where it is.
+    """
+    if folder.exists():
+        raise ValueError(f"-o {folder}: it is there already; choose another name")
+    texts = {folder / "nbgrader_config.py": CONFIGURATION.format(limit=LIMIT)}
+    for title, lab in labs().items():
+        lab.cells = [cell for cell in lab.cells if cell.get("id") != "teacher"]
+        texts[folder / "source" / title / f"{title}.ipynb"] = nbformat.writes(lab)
+    for path, text in texts.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text.rstrip("\n") + "\n", encoding="utf-8")
+    return list(texts)
 
 
 def _without(source: str, mark: str, stub: str = "") -> str:

@@ -6,7 +6,7 @@ All files are copied before anything of the students' runs.
 import hashlib
 import shutil
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -136,10 +136,19 @@ def _trouble(path: Path) -> str:
     return ""
 
 
-def coincidences(found: Iterable[Submission]) -> dict[Path, list[str]]:
+def coincidences(
+    found: Iterable[Submission], names: Mapping[Path, str]
+) -> dict[Path, list[str]]:
     """What is odd about submissions beside one another, {path: sentences}.
 
-    That is a file that others have too, and a second one of the same student and lab.
+    That is a file that others have too, a second one of the same student and lab, and
+    the same scene for two students.
+
+    Parameters
+    ----------
+    found : iterable of Submission
+    names : dict
+        The name that stands in each notebook, see `mkt.course.labs.variants`.
     """
     graded = [one for one in found if not one.trouble]
     return {
@@ -147,14 +156,17 @@ def coincidences(found: Iterable[Submission]) -> dict[Path, list[str]]:
             sentence
             for other in graded
             if other is not one
-            for sentence in _alike(one, other)
+            for sentence in _alike(one, other, names)
         ]
         for one in graded
     }
 
 
-def _alike(one: Submission, other: Submission) -> list[str]:
+def _alike(one: Submission, other: Submission, names: Mapping[Path, str]) -> list[str]:
     words = []
+    written = names.get(one.path, "")
+    if one.student != other.student and written and written == names.get(other.path):
+        words.append(f"the name in it, {written!r}, is that in {other.path} too")
     if one.sha256 == other.sha256:
         words.append(f"the same file, byte for byte, as {other.path}")
     if one.lab and (one.student, one.lab) == (other.student, other.lab):

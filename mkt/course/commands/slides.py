@@ -1,0 +1,44 @@
+"""``slides`` makes slides for a meeting of the chapters and their figures."""
+
+from pathlib import Path
+
+from mkt.course.commands import Commands, command
+
+
+def add(commands: Commands) -> None:
+    """Describe the command."""
+    parser = command(
+        commands,
+        "slides",
+        run,
+        "make slides of chapters, for a meeting",
+        "Writes an HTML file for each chapter: its question, goals, equations,\n"
+        "predictions with their figures, and takeaways, as they stand in the chapter.\n"
+        "Arrow keys turn the slides, and the browser's Print makes a PDF of them.\n"
+        "Without numbers it takes the first chapter of each part.",
+        "slides -o slides",
+        "slides 5 6 -o slides",
+        clone=True,
+    )
+    parser.add_argument(
+        "chapters", nargs="*", type=int, metavar="N", help="the number of a chapter"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        metavar="FOLDER",
+        help="where to; no file in it is overwritten",
+    )
+
+
+def run(args) -> None:
+    """Write the slides and say where they are."""
+    from mkt.course import slides
+    from mkt.course.book import contents
+
+    book = contents.read()
+    chapters = slides.chosen(book, args.chapters)
+    for path in slides.write(book, chapters, args.output):
+        print(path)

@@ -1,0 +1,59 @@
+"""Slides that are made of chapters."""
+
+import re
+
+import pytest
+
+from mkt.course import cli, slides
+from mkt.course.book import contents
+
+BOOK = contents.read()
+each_chapter = pytest.mark.parametrize(
+    "chapter", BOOK.chapters, ids=lambda chapter: chapter.name
+)
+
+
+@each_chapter
+def test_every_chapter_has_a_question_goals_all_of_its_figures_and_takeaways(chapter):
+    found = slides.slides(chapter)
+    titles = [slide.title for slide in found]
+    assert {"The question", "Afterwards you can", "Takeaways"} <= {*titles}
+    shown = {one.figure for one in found if one.figure}
+    assert shown | {"own.video"} == {*chapter.figures, "own.video"}  # that is a panel
+    assert [
+        slide.title for slide in found if slide.kind == "text" and not slide.text
+    ] == []
+
+
+def test_a_prediction_comes_before_its_figure_and_its_answer_after_it():
+    kinds = [slide.title for slide in slides.slides(slides.chosen(BOOK, [2])[0])]
+    ask = next(k for k, title in enumerate(kinds) if title.startswith("Predict"))
+    assert kinds[ask + 2] == "What you should have seen"
+
+
+def test_equations_are_drawn_and_no_link_leads_to_a_notebook(monkeypatch):
+    monkeypatch.setattr(slides, "_picture", lambda name: "data:," if name else "")
+    page = slides.page(BOOK, slides.chosen(BOOK, [1])[0])
+    assert page.count("<svg") > 5 and "$" not in re.sub(r'aria-label="[^"]*"', "", page)
+    assert ".ipynb" not in page and "http://" not in re.sub(r"xmlns\S+", "", page)
+    assert page.count("<section") == page.count("<footer>") > 6
+
+
+def test_the_command_writes_the_chapters_that_are_named_and_nothing_over(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(slides, "_picture", lambda name: "")
+    words = ["slides", "2", "-o", str(tmp_path / "deck")]
+    assert not cli.run(cli.parse(words))
+    assert capsys.readouterr().out.strip().endswith("02_cost_surfaces.html")
+    with pytest.raises(SystemExit, match="is there already"):
+        cli.run(cli.parse(words))
+    with pytest.raises(SystemExit, match="no chapter 99"):
+        cli.run(cli.parse(["slides", "99", "-o", str(tmp_path / "deck")]))
+    assert [one.part for one in slides.chosen(BOOK, [])] == [*BOOK.parts]
+
+
+def test_a_figure_is_in_the_page_itself():
+    assert slides._picture("teuliere2009.fig1").startswith(
+        "data:image/png;base64,iVBOR"
+    )

@@ -1,0 +1,69 @@
+"""A scene for each student, made of the name."""
+
+import nbformat
+import pytest
+
+from mkt.course.labs import notebooks, variants
+from mkt.course.labs.notebooks import of_role
+from mkt.course.labs.variants import NOBODYS, own_seed, seed_of, written_name
+from mkt.scenes.drawn import HELD_BACK, TUNING
+from tests.course.toy_lab import GOOD, answer, graded, hand_in, meta
+
+
+def with_name(name, **sources):
+    """The toy lab handed in, with a name in it."""
+    source = f"def my_name():\n    '''Your name.'''\n    return {name!r}"
+    notebook = answer(**sources)
+    notebook.cells.append(
+        nbformat.v4.new_code_cell(source, metadata=meta("my_name", True, False))
+    )
+    return notebook
+
+
+def test_a_name_has_one_seed_however_it_is_written_and_others_have_others():
+    assert seed_of("Ada Lovelace") == seed_of(" ada  LOVELACE ")
+    assert seed_of("Zoë") == seed_of("Zoe\u0308")
+    assert len({seed_of(f"student {k}") for k in range(60)}) > 50
+
+
+def test_no_student_gets_a_scene_on_which_trackers_were_tuned_or_are_judged():
+    seeds = {seed_of(f"student {k}") for k in range(500)}
+    assert not seeds & {*HELD_BACK, *TUNING, NOBODYS}
+
+
+def raising():
+    raise NotImplementedError
+
+
+@pytest.mark.parametrize("my_name", [raising, lambda: None, lambda: "  ", lambda: 7])
+def test_without_a_name_the_rest_of_the_lab_has_nobodys_scene(my_name):
+    assert own_seed(my_name) == NOBODYS
+
+
+def test_at_least_three_labs_have_a_scene_for_each_student():
+    labs = notebooks.labs()
+    own = [lab for lab in labs if written_name(labs[lab])]
+    assert len(own) >= 3
+    for lab in own:
+        assert {"my_number", "my_name"} <= {*of_role(labs[lab], "solution")}
+
+
+def test_two_students_with_one_name_are_noted_and_one_whose_cell_is_broken_is_not(toy):
+    for student, notebook in {
+        "anna": with_name("Anna", **GOOD),
+        "ben": with_name("Anna", add="def add(a, b):\n    return b + a"),
+        "cara": with_name("Cara", **GOOD),
+        "dora": with_name("Dora", **GOOD | {"six": "def six("}),
+    }.items():
+        hand_in(toy / "in" / f"{student}_toy.ipynb", notebook)
+    rows = graded(toy / "in", toy / "grades.csv")
+    said = {student: "the name in it" in row["note"] for student, row in rows.items()}
+    assert said == {"anna": True, "ben": True, "cara": False, "dora": False}
+
+
+def test_a_name_that_cannot_be_read_is_none():
+    notebook = with_name("Anna")
+    for source in ("def my_name(", "def my_name():\n    return 3", "x = '\0'"):
+        notebook.cells[-1].source = source
+        assert written_name(notebook) == ""
+    assert variants.written_name(nbformat.v4.new_notebook()) == ""
