@@ -13,6 +13,7 @@ function begin(panel) {
   const shown = { ...data.shown };
   const image = panel.querySelector("img");
   const note = panel.querySelector("[role=status]");
+  data.frames[0] = image.src;
   const controls = [...panel.querySelectorAll("[data-name]")];
 
   const put = (control, position) => {

@@ -52,7 +52,7 @@ STEPS = 10
 @figure(
     "own.newton",
     size=(10, 4.6),
-    grid=("scale", "derivative_of_c"),
+    live=True,
     dx=(0, 64, 8),
     turn=(0, 80, 20),
     scale=(0.6, 1.6, 0.2),
