@@ -338,7 +338,7 @@ export function takeOver(panel, ...nodes) {
     old.remove();
   const still = panel.querySelector(".mkt-save");
   const live = el("button", { type: "button", class: "mkt-save", onclick: () => save(panel) });
-  live.textContent = still?.textContent ?? "PNG of what is shown";
+  live.textContent = still?.textContent ?? "picture of what is shown";
   still?.replaceWith(live);
   panel.prepend(...nodes);
   panel.classList.add("mkt-live");

@@ -119,7 +119,7 @@ def _blur() -> dict[str, Any]:
 
 def _sprite(item: str) -> dict[str, str]:
     """An object as a frame shows it, without the frame."""
-    return {"picture": _uri("webp", _webp(_reduced(item, round(WIDTH)), FINE))}
+    return {"picture": _uri("webp", _webp(_reduced(item, round(WIDTH)), LOSSLESS))}
 
 
 def _reduced(name: str, width: int) -> NDArray:
