@@ -101,7 +101,8 @@ class Beats {
     const last = resized(this.rounds[k - 1].next, n);
     const [next, found] = filterStep(options, last, image, rng);
     const iou = overlap(found.region, this.truth[k]);
-    this.rounds.push({ next, image, wall, lam, iou, ...found, before: last.particles.regions });
+    const before = last.particles.regions;
+    this.rounds.push({ ...found, next, image, before, wall, lam, iou });
   }
 
   // What the sensor sees of a frame.
@@ -164,7 +165,7 @@ class Beats {
     const place = `Frame ${this.shown} of ${this.truth.length - 1}`;
     this.said.textContent = `${place}, ${BEATS[beat]}: ${WORDS[beat](round)}. N_eff ${nEff.toFixed(1)} of ${weights.length}, distance ${distance.toFixed(2)}, overlap with the truth ${iou.toFixed(2)}.`; // prettier-ignore
     const about = {
-      frame: `${place} with the particles, ${BEATS[beat]}; the wall's middle is at x = ${Math.round(round.wall)} px`,
+      frame: `${place} with the particles, ${BEATS[beat]}; the wall is at x = ${round.wall} px`,
       line: "The particles along x, with their weights and the likelihood",
       course: "N_eff, distance and overlap over the frames so far",
     };

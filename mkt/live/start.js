@@ -7,12 +7,14 @@ import { histogramsOf } from "./histograms.js";
 import { kernels } from "./kernels.js";
 import { rootLocus } from "./loop.js";
 import { newton } from "./newton.js";
+import { resampling } from "./resampling.js";
 import { successCurves } from "./success.js";
 import { blur, surfaces } from "./surfaces.js";
 
 const LIVE = {
   "own.beats": beats,
   "own.newton": newton,
+  "own.resampling": resampling,
   "own.root_locus": rootLocus,
   "own.success": successCurves,
   "teuliere2009.fig1": histogramsOf,

@@ -16,8 +16,8 @@ const RED = "#cb1118";
 // Figure 3: one kernel and several, in one frame.
 const TWO_LAYOUTS = {
   async fields({ fields }) {
-    const finer = { span: { ...fields.span, step: 0.01 }, extent: { ...fields.extent, step: 1 } };
-    return { ...fields, ...finer };
+    const span = { ...fields.span, step: 0.01 };
+    return { ...fields, span, extent: { ...fields.extent, step: 1 } };
   },
   pairs({ layout, span }, { region, images }) {
     const single = Math.min(span, 1);
@@ -39,8 +39,8 @@ const TWO_LAYOUTS = {
 const TWO_FRAMES = {
   async fields({ fields, ground }) {
     this.ground = await pixels(ground);
-    const finer = { exposure: { ...fields.exposure, step: 0.01 }, speed: { ...fields.speed, step: 1 } };
-    return { ...fields, ...finer };
+    const exposure = { ...fields.exposure, step: 0.01 };
+    return { ...fields, exposure, speed: { ...fields.speed, step: 1 } };
   },
   async pairs({ layout, item, exposure, speed }, object) {
     const { region, images } = object;

@@ -252,6 +252,27 @@ def test_a_wall_is_moved_in_by_mouse_and_by_keys_and_the_past_stays(opened):
     assert f"wall={wall + 5}" in page.url
 
 
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"scheme": "systematic", "seed": 4, "lam": 60},
+        {"scheme": "residual", "n": 9, "lam": 7, "seed": 2},
+        {"scheme": "stratified", "n": 12, "lam": 35},
+    ],
+)
+def test_a_draw_has_pythons_offspring(opened, settings):
+    words = "&".join(f"{name}={value}" for name, value in settings.items())
+    panel = ready(opened(BEATS, f"#resampling?{words}"), "live on", 1)
+    shown = FIGURES["own.resampling"].draw(**settings)[1]
+    offspring = " ".join(map(str, shown["counts"]))
+    assert f"offspring {offspring}." in panel.inner_text()
+    assert abs(number(panel, "N_eff") - shown["n_eff"]) < 0.051
+    about = panel.locator("canvas").nth(3).get_attribute("aria-label")
+    spreads = [float(each) for each in re.findall(r" ([\d.]+)", about)]
+    np.testing.assert_allclose(spreads, shown["scatter"], atol=0.06)
+
+
 # Figures 1, 2 and 4
 
 

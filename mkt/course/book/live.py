@@ -23,8 +23,9 @@ from mkt.figures.registry import FIGURES
 from mkt.figures.static_panel import label
 from mkt.files import PACKAGE
 from mkt.papers.lessons import beats, benchmark
+from mkt.papers.lessons.trackers import spread_distances
 from mkt.papers.teuliere2009.histograms import WIDTH, still
-from mkt.plotting import SURFACE, bin_colors
+from mkt.plotting import EIGHT, SURFACE, bin_colors
 from mkt.scenes.drawn import Drawn
 from mkt.scenes.rendering import Layer, Scene
 from mkt.scenes.textures import OBJECTS, texture
@@ -54,6 +55,7 @@ def scripts() -> dict[str, str]:
         "fig3": {"fields": _fields("teuliere2009.fig3"), "viridis": _viridis()},
         "fig4": _blur(),
         "newton": {"fields": _fields("own.newton")},
+        "resampling": _resampling(),
         "root_locus": {"fields": _fields("own.root_locus"), "viridis": _viridis()},
         "success": _success(),
         "track": _clip(),
@@ -136,6 +138,22 @@ def _histograms() -> dict[str, Any]:
         for space in SPACES
     }
     return {"fields": _fields("teuliere2009.fig1"), "colors": colors}
+
+
+def _resampling() -> dict[str, Any]:
+    """What own.resampling draws: distances for each number, darts for each seed."""
+    fields = _fields("own.resampling")
+    n, seed = fields["n"], fields["seed"]
+    numbers = range(n["low"], n["high"] + 1)
+    seeds = range(seed["low"], seed["high"] + 1)
+    return {
+        "fields": fields,
+        "distances": {k: spread_distances(k).tolist() for k in numbers},
+        "uniforms": [
+            np.random.default_rng(k).random(n["high"]).tolist() for k in seeds
+        ],
+        "colors": EIGHT,
+    }
 
 
 def _success() -> dict[str, Any]:
