@@ -67,19 +67,19 @@ export function blurred(ground, sprite, [cx, cy], { exposure, speed }) {
   const path = speed * exposure;
   const n = Math.min(Math.max(Math.ceil(path), 1), MOST_SUBFRAMES);
   const { width, height } = ground;
-  const top = Math.round(cy + 0.5 - sprite.height / 2);
-  const mean = Float64Array.from(ground.data, (value) => 0 * value);
-  for (let k = 0; k < n; k++) {
-    const left = cx + 0.5 - sprite.width / 2 + path * ((k + 0.5) / n - 0.5);
-    for (let row = 0; row < height; row++)
-      for (let column = 0; column < width; column++) {
-        const p = 4 * (row * width + column);
-        const [r, g, b, a] = between(sprite, column - left, row - top);
-        mean[p] += (ground.data[p] * (1 - a) + r) / n;
-        mean[p + 1] += (ground.data[p + 1] * (1 - a) + g) / n;
-        mean[p + 2] += (ground.data[p + 2] * (1 - a) + b) / n;
-      }
-  }
+  const [left, top] = [cx + 0.5 - sprite.width / 2, Math.round(cy + 0.5 - sprite.height / 2)];
+  const lefts = Array.from({ length: n }, (_, k) => left + path * ((k + 0.5) / n - 0.5));
+  const mean = Float64Array.from(ground.data);
+  const first = Math.max(Math.floor(left - path / 2) - 1, 0);
+  const last = Math.min(Math.ceil(left + path / 2) + sprite.width + 1, width);
+  for (let row = Math.max(top, 0); row < Math.min(top + sprite.height, height); row++)
+    for (let column = first; column < last; column++) {
+      const p = 4 * (row * width + column);
+      const painted = [0, 0, 0, 0];
+      for (const each of lefts)
+        between(sprite, column - each, row - top).forEach((value, i) => (painted[i] += value / n));
+      for (let i = 0; i < 3; i++) mean[p + i] = ground.data[p + i] * (1 - painted[3]) + painted[i];
+    }
   const data = Uint8ClampedArray.from(mean, (value, i) => (i % 4 === 3 ? 255 : value));
   return { data, width, height };
 }

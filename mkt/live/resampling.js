@@ -86,6 +86,7 @@ class Resampling {
     const ink = pen.fillStyle;
     const [left, wide, top, bottom] = [6, width - 12, 44, height - 8];
     const residual = this.controls.values.scheme === "residual";
+    pen.textAlign = "left";
     pen.fillText(residual ? "what rounding left over, and the draws from it" : `${this.darts.length} draws`, left, 12); // prettier-ignore
     let from = 0;
     this.shares.forEach((share, i) => {
@@ -140,7 +141,7 @@ class Resampling {
     const ink = pen.fillStyle;
     const { across } = axes(pen, box, limits);
     // No numbers at the left: the names stand there.
-    pen.clearRect(0, 0, box[0] - 2, height);
+    pen.clearRect(0, 0, box[0] - 2, box[1] + box[3] + 5);
     pen.textAlign = "right";
     const row = box[3] / 4;
     Object.keys(SCHEMES).forEach((name, k) => {

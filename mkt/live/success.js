@@ -109,7 +109,7 @@ class Success {
       pen.beginPath();
       pen.rect(left, y - 3, long(row.every), ROW - 5);
       pen.clip();
-      Object.assign(pen, { strokeStyle: "#fff9", lineWidth: 1.5 });
+      Object.assign(pen, { strokeStyle: "rgb(140 140 140 / 80%)", lineWidth: 1.5 });
       pen.beginPath();
       for (let x = left - ROW; x < right; x += 7) {
         pen.moveTo(x, y + ROW);
