@@ -7,7 +7,8 @@ registers a drawing function ``fig3(fig, *, span=1.0, bins="hsv", ...)``.  Its *
 are the paper's values* where the paper prints any, the decorator's keyword arguments
 are the *sliders*: ``(low, high, step)`` for numbers, a list for choices;
 ``grid=("span", "bins")`` names two that move together where every position is drawn
-beforehand (`mkt.figures.static_panel`).
+beforehand (`mkt.figures.static_panel`), and ``live=True`` says that the book's page
+computes the figure by itself.
 
 The function draws on the `matplotlib.figure.Figure` it is given and returns what it
 shows as `Shown`: a tidy table, which is what a CSV file of the figure holds, and single
@@ -109,6 +110,8 @@ class Entry:
     sliders : dict
     grid : tuple of str
         Two sliders that are one grid, or none.
+    live : bool
+        Whether it computes in the book's page (`mkt/live`).
     """
 
     name: str
@@ -116,6 +119,7 @@ class Entry:
     size: tuple[float, float]
     sliders: dict[str, Any]
     grid: tuple[str, ...] = ()
+    live: bool = False
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -204,6 +208,7 @@ def figure(
     name: str,
     size: tuple[float, float] = (8.0, 4.0),
     grid: tuple[str, ...] = (),
+    live: bool = False,
     **sliders: Any,
 ) -> Callable:
     """Decorator: register a drawing function under ``paper.name``.
@@ -212,7 +217,7 @@ def figure(
     """
 
     def register(function):
-        entry = Entry(name, function, size, sliders, grid)
+        entry = Entry(name, function, size, sliders, grid, live)
         stray = sorted(set(sliders) - set(entry.defaults) | set(grid) - set(sliders))
         if stray:
             raise ValueError(f"figure {name}: no parameter for slider {stray[0]!r}")

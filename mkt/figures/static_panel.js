@@ -1,5 +1,5 @@
-// Moves the sliders of the figures on a page without a kernel: each panel carries its
-// pictures, drawn beforehand, in a data block.
+// Moves the sliders of the figures on a page without a kernel: each panel has its
+// pictures, drawn beforehand, in a data block, or there their addresses.
 
 const STILL = "Every slider stands where it began.";
 const BACK = "; the others are back where they began. In JupyterLab all move together.";
@@ -13,6 +13,7 @@ function begin(panel) {
   const shown = { ...data.shown };
   const image = panel.querySelector("img");
   const note = panel.querySelector("[role=status]");
+  data.frames[0] = image.getAttribute("src");
   const controls = [...panel.querySelectorAll("[data-name]")];
 
   const put = (control, position) => {
@@ -63,8 +64,14 @@ function begin(panel) {
     const changed = Object.keys(data.shown)
       .filter((name) => shown[name] !== data.shown[name])
       .map((name) => `${name}=${shown[name]}`);
-    link.href = canvas.toDataURL("image/png");
-    link.download = `${[data.file, ...changed].join(" ")}.png`;
+    const name = [data.file, ...changed].join(" ");
+    try {
+      link.href = canvas.toDataURL("image/png");
+      link.download = `${name}.png`;
+    } catch {
+      link.href = image.src; // a page on a disk may not read a file beside it
+      link.download = `${name}.webp`;
+    }
     link.click();
   };
 

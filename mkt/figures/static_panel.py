@@ -3,7 +3,8 @@
 Most sliders move one at a time.  Two that a figure's decorator names as its ``grid``
 move together: all pairs of their positions are drawn.  The page is static_panel.html
 with the pictures as data; static_panel.js, which the book loads once, moves the
-sliders.
+sliders.  Of a live figure, which the page computes by itself, only the picture with the
+default values is drawn: it stands there until the page is ready.
 
 Explained in notebook 01.
 """
@@ -64,10 +65,11 @@ class StaticPanel:
         self._frames: list[str] = []
         self._drawn: dict[tuple, int] = {}
         self.shown = self._draw(self.values)
-        self._positions = self._chosen(groups(entry, fixed))
+        self._live = entry.live and not fixed
+        free = [] if self._live else groups(entry, fixed)
+        self._positions = self._chosen(free)
         self._groups = [
-            {"names": names, "frames": self._frames_of(names)}
-            for names in groups(entry, fixed)
+            {"names": names, "frames": self._frames_of(names)} for names in free
         ]
 
     def _chosen(self, groups: list[tuple[str, ...]]) -> dict[str, list[Any]]:
@@ -112,6 +114,7 @@ class StaticPanel:
             width=width(entry),
             image=self._frames[0],
             alt=self._description(),
+            live=self._live,
             groups=[self._controls(group["names"]) for group in self._groups],
             data=self._data(),
         )
@@ -121,7 +124,7 @@ class StaticPanel:
 
         Where nothing moves it is the whole caption, which then is not beside it.
         """
-        if not self._groups:
+        if not (self._groups or self._live):
             return f"{self._entry.title} {self._entry.caption}".replace("\n", " ")
         words = ", ".join(f"{name} = {value}" for name, value in self._labels().items())
         return f"{self._entry.title} {words}."
@@ -151,10 +154,12 @@ class StaticPanel:
         data = {
             "file": self._entry.name,
             "title": self._entry.title,
+            "live": self._live,
             "shown": self._labels(),
             "sliders": sliders,
             "groups": self._groups,
-            "frames": self._frames,
+            # The first one is the picture that stands there.
+            "frames": [None, *self._frames[1:]],
         }
         return json.dumps(data).replace("<", "\\u003c")
 

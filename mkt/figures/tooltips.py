@@ -75,6 +75,7 @@ WORDS = {
     "turn": "clockwise rotation [degrees]",
     "turned": "how far the object has turned",
     "turns": "whether the target comes to show other colours",
+    "wall": "where the middle of the wall is [px]",
     "width": "of the box, as a share of the picture",
     "x": "to the right [px]",
     "y": "downwards [px]",

@@ -1,6 +1,6 @@
 // Track something now: a camera, a video file or the book's clip, followed on the page.
 
-import { COMBINED, corners, MOTION, SCHEMES } from "./engine.js";
+import { COMBINED, corners, MOTION, restless, SCHEMES } from "./engine.js";
 import { axes, Canvas, Controls, el, load, outline } from "./page.js";
 
 const LARGEST = 320; // [px] a side of the picture that is tracked
@@ -29,14 +29,12 @@ for (const field of Object.values(FIELDS)) field.own = true;
 
 // The trackers' options as the controls stand.
 function optionsOf({ tracker, particles, kernels, noise, lambda, threshold, resampling }) {
-  const motion = { ...MOTION };
-  for (const name of ["position", "velocity", "angle", "scale"]) motion[name] *= noise;
   const filter = {
     ...COMBINED.filter,
     n: particles,
     kernels: LAYOUTS[kernels],
     lambda,
-    motion,
+    motion: restless(MOTION, noise),
     scheme: resampling,
   };
   return { ...COMBINED, filter, threshold, refines: tracker === "combination" };

@@ -56,6 +56,52 @@ export function colorBins({ space = "hsv", sMin = 0.1, vMin = 0.2 } = {}) {
   };
 }
 
+// Frames: mkt.scenes.rendering
+
+const MOST_SUBFRAMES = 32;
+
+// What a camera sees, without noise, of an object that crosses the place of a region along
+// x while the shutter is open: the mean of sub-frames.  Pictures are RGBA; the speed is in
+// pixels a frame, the exposure a share of the frame.
+export function blurred(ground, sprite, [cx, cy], { exposure, speed }) {
+  const path = speed * exposure;
+  const n = Math.min(Math.max(Math.ceil(path), 1), MOST_SUBFRAMES);
+  const { width, height } = ground;
+  const [left, top] = [cx + 0.5 - sprite.width / 2, Math.round(cy + 0.5 - sprite.height / 2)];
+  const lefts = Array.from({ length: n }, (_, k) => left + path * ((k + 0.5) / n - 0.5));
+  const mean = Float64Array.from(ground.data);
+  const first = Math.max(Math.floor(left - path / 2) - 1, 0);
+  const last = Math.min(Math.ceil(left + path / 2) + sprite.width + 1, width);
+  for (let row = Math.max(top, 0); row < Math.min(top + sprite.height, height); row++)
+    for (let column = first; column < last; column++) {
+      const p = 4 * (row * width + column);
+      const painted = [0, 0, 0, 0];
+      for (const each of lefts)
+        between(sprite, column - each, row - top).forEach((value, i) => (painted[i] += value / n));
+      for (let i = 0; i < 3; i++) mean[p + i] = ground.data[p + i] * (1 - painted[3]) + painted[i];
+    }
+  const data = Uint8ClampedArray.from(mean, (value, i) => (i % 4 === 3 ? 255 : value));
+  return { data, width, height };
+}
+
+const NOTHING = [0, 0, 0, 0];
+
+// A picture between two pixels of a row: colours times opacity, and the opacity.
+function between({ data, width, height }, x, row) {
+  const first = Math.floor(x);
+  if (row < 0 || row >= height || first < -1 || first >= width) return NOTHING;
+  const share = x - first;
+  const sum = [0, 0, 0, 0];
+  for (const [column, weight] of [[first, 1 - share], [first + 1, share]]) { // prettier-ignore
+    if (column < 0 || column >= width || !weight) continue;
+    const p = 4 * (row * width + column);
+    const opacity = (weight * data[p + 3]) / 255;
+    for (let k = 0; k < 3; k++) sum[k] += opacity * data[p + k];
+    sum[3] += opacity;
+  }
+  return sum;
+}
+
 // Regions: mkt.regions
 
 export function warp([cx, cy, theta, hx, hy], [x, y]) {
@@ -77,7 +123,8 @@ export const linspace = (low, high, n) =>
 const GRIDS = { one: 1, "2x2": 2, "3x3": 3, "4x4": 4 };
 const ROUNDING = 1e-9;
 
-function pixelGrid(samples, aspect) {
+// The places of about so many samples, rows of nearly square cells.
+export function pixelGrid(samples, aspect) {
   const nx = rint(Math.min(Math.max(Math.sqrt(samples * aspect), 1), samples));
   const ny = Math.max(rint(samples / nx), 1);
   const along = (n) => Array.from({ length: n }, (_, i) => (2 * i + 1) / n - 1);
@@ -275,6 +322,13 @@ export const MOTION = {
   scale: 0.03,
   damping: 0.8,
 };
+
+// The motion model with so many times its noise.
+export function restless(motion, noise) {
+  const louder = { ...motion };
+  for (const name of ["position", "velocity", "angle", "scale"]) louder[name] *= noise;
+  return louder;
+}
 
 export function predict({ regions, velocities }, motion, rng) {
   const n = regions.length;
@@ -553,7 +607,8 @@ export function kalmanGain(ratio, rho) {
 }
 
 // The true errors, frame by frame; velocity and noise have one number a frame.
-export function oneFeature({ gain, dt, delay, ratio, rho = 0.3 }, velocity, noise) {
+export function oneFeature(loop, velocity, noise) {
+  const { gain, dt, delay, ratio, rho = 0.3, mismatch = 1 } = loop;
   const k = kalmanGain(ratio, rho);
   const [errors, seen, sent] = [[], [], Array(delay + 1).fill(0)];
   let [e, own, coloured] = [0, 0, 0];
@@ -569,32 +624,75 @@ export function oneFeature({ gain, dt, delay, ratio, rho = 0.3 }, velocity, nois
       );
     }
     sent.push(gain * now + own);
-    e += dt * (speed - sent.at(-1));
+    e += dt * (speed - sent.at(-1) / mismatch);
   });
   return errors;
 }
 
-// The poles of the loop without a filter: z^(delay + 1) - z^delay + gain dt = 0, by
-// Durand and Kerner's method.  Each is [real part, imaginary part].
-export function poles({ gain, dt, delay, mismatch = 1 }) {
-  const times = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
-  const at = (z) => {
-    let power = [1, 0];
-    for (let k = 0; k < delay; k++) power = times(power, z);
-    const [re, im] = times(power, [z[0] - 1, z[1]]);
-    return [re + (gain * dt) / mismatch, im];
-  };
-  let roots = Array.from({ length: delay + 1 }, (_, i) => [Math.cos(i + 0.4), Math.sin(i + 0.4)]); // prettier-ignore
-  for (let round = 0; round < 500; round++)
-    roots = roots.map((z, i) => {
-      const others = roots.filter((_, k) => k !== i);
-      const [c, d] = others.reduce((p, [x, y]) => times(p, [z[0] - x, z[1] - y]), [1, 0]);
-      const [re, im] = times(at(z), [c, -d]);
-      const size = c * c + d * d || 1e-30;
-      return [z[0] - re / size, z[1] - im / size];
-    });
-  return roots;
+// Polynomials are their coefficients, the highest power first.
+const product = (a, b) => {
+  const result = Array(a.length + b.length - 1).fill(0);
+  a.forEach((x, i) => b.forEach((y, k) => (result[i + k] += x * y)));
+  return result;
+};
+const sum = (a, b) => {
+  const long = Math.max(a.length, b.length);
+  const padded = [a, b].map((each) => [...Array(long - each.length).fill(0), ...each]);
+  return padded[0].map((x, i) => x + padded[1][i]);
+};
+const times = (a, factor) => a.map((x) => factor * x);
+
+// The filter from z to de/dt, as the ratio of two polynomials.
+function filterRatio(ratio, rho) {
+  if (ratio === 0) return [[0], [1]];
+  const [own, coloured] = kalmanGain(ratio, rho);
+  const left = 1 - own;
+  const [a, d] = [left, rho - coloured]; // A = (a, a; -coloured, d) of mkt's Kalman
+  const numerator = [own, a * coloured - d * own, 0];
+  return [numerator, [1, -a - d, a * d + a * coloured]];
 }
+
+// What must be zero at the poles of the loop: its characteristic polynomial, without
+// the zeros of values that are only stored.
+function characteristic({ gain, dt, delay, ratio = 0, rho = 0.3, mismatch = 1 }) {
+  const [top, bottom] = filterRatio(ratio, rho);
+  const late = [1, ...Array(delay + 1).fill(0)];
+  const plant = sum(product(late, bottom), times(top, -1));
+  const pushed = product([gain * dt, 0], bottom);
+  const compensated = product(top, [1, -1]);
+  const all = sum(product([1, -1], plant), times(sum(pushed, compensated), 1 / mismatch));
+  let length = all.length;
+  while (Math.abs(all[length - 1]) < 1e-12) length--;
+  return all.slice(0, length);
+}
+
+// The roots of a polynomial that begins with 1, by Durand and Kerner's method, quicker
+// from a start that is near them.  Each is [real part, imaginary part].
+function roots(polynomial, start) {
+  const by = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
+  const at = (z) => polynomial.reduce((value, each) => {
+    const [re, im] = by(value, z);
+    return [re + each, im];
+  }, [0, 0]); // prettier-ignore
+  const spread = (i) => [Math.cos(i + 0.4), Math.sin(i + 0.4)];
+  let found = start ?? Array.from({ length: polynomial.length - 1 }, (_, i) => spread(i));
+  for (let round = 0, change = 1; round < 500 && change > 1e-11; round++) {
+    change = 0;
+    found = found.map((z, i) => {
+      const others = found.filter((_, k) => k !== i);
+      const [c, d] = others.reduce((p, [x, y]) => by(p, [z[0] - x, z[1] - y]), [1, 0]);
+      const size = c * c + d * d || 1e-30;
+      const [re, im] = by(at(z), [c / size, -d / size]);
+      change = Math.max(change, Math.abs(re), Math.abs(im));
+      return [z[0] - re, z[1] - im];
+    });
+  }
+  return found;
+}
+
+// The poles of the loop: gain, dt, delay, and if need be ratio and rho of the filter and
+// mismatch, as in mkt.servoing.poles; `start` has those of a gain that is near.
+export const poles = (loop, start) => roots(characteristic(loop), start);
 
 // Overlap and success: mkt.evaluation
 

@@ -1,7 +1,8 @@
 // own.newton, live: Gauss-Newton on kernels, from any start, step by step.
 
 import { corners, differentiate, displaced, distanceAt, learn, moved, newtonPath, newtonStep, overlap, warp } from "./engine.js"; // prettier-ignore
-import { axes, binImages, Canvas, Controls, el, load, number, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
+import { still } from "./objects.js";
+import { axes, Canvas, Controls, el, load, number, outline, takeOver } from "./page.js"; // prettier-ignore
 
 const STEPS = 10;
 const SHORT = 1e-2; // a step that ends the way of a start on the map
@@ -12,17 +13,18 @@ const [ORANGE, GREEN, BLUE] = ["#d65b07", "#33b24d", "#1e7dc1"];
 const [REACH, TURN] = [64, 80]; // [px], [deg]: the ends of the sliders and of the basin
 
 class Newton {
-  constructor(panel, name, { layouts, spans, scales }) {
+  constructor(panel, name, { fields }) {
     this.taken = 0;
-    const fields = {
-      dx: { low: -REACH, high: REACH, step: 1, value: 24, title: "dx [px]" },
-      turn: { low: -TURN, high: TURN, step: 1, value: 20, title: "turn [deg]" },
-      scale: { low: scales[0], high: scales[1], step: 0.05, value: 0.8 },
-      layout: { options: layouts, value: "3x3" },
-      span: { low: spans[0], high: spans[1], step: 0.05, value: 1 },
-      derivative_of_c: { options: ["True", "False"], value: "True", title: "derivative of C" },
+    const { dx, turn, scale, layout, span, derivative_of_c } = fields;
+    const free = {
+      dx: { ...dx, low: -REACH, high: REACH, step: 1, title: "dx [px]" },
+      turn: { ...turn, low: -TURN, high: TURN, step: 1, title: "turn [deg]" },
+      scale: { ...scale, step: 0.05 },
+      layout,
+      span: { ...span, step: 0.05 },
+      derivative_of_c: { ...derivative_of_c, title: "derivative of C" },
     };
-    this.controls = new Controls(name, fields, () => this.follow());
+    this.controls = new Controls(name, free, () => this.follow());
     this.frame = new Canvas("", 0.77, (...pen) => this.drawFrame(...pen));
     this.basin = new Canvas("", 0.95, (...pen) => this.drawBasin(...pen));
     this.curve = new Canvas("", 0.5, (...pen) => this.drawCurve(...pen), 150);
@@ -45,10 +47,8 @@ class Newton {
   }
 
   async read() {
-    const { bins, m, frame, region } = await load("surfaces-car-hsv");
-    this.images = await binImages(bins, m);
-    this.picture = await createImageBitmap(await pixels(frame));
-    this.truth = region;
+    const { region, images, picture } = await still("car", "hsv");
+    Object.assign(this, { truth: region, images, picture });
     this.controls.show();
     if (!this.controls.read()) this.follow();
   }

@@ -37,17 +37,6 @@ export async function pixels(address) {
   return pen.getImageData(0, 0, canvas.width, canvas.height);
 }
 
-// The two bin images of an object that share a picture: low bytes and high bits.
-export async function binImages(address, m) {
-  const { data, width, height } = await pixels(address);
-  const images = [0, 1].map(() => ({ labels: new Uint16Array(width * height), width, height, m })); // prettier-ignore
-  for (let i = 0, p = 0; i < width * height; i++, p += 4)
-    images.forEach(({ labels }, k) => {
-      labels[i] = data[p + k] + 256 * ((data[p + 2] >> (4 * k)) & 15);
-    });
-  return images;
-}
-
 // Controls
 
 let serial = 0;
@@ -86,7 +75,8 @@ function inputOf(name, field, moved) {
 }
 
 // Controls of a figure.  `fields` has {name: field}; a field with `own` is no parameter
-// of the figure in Python.  `changed(values, quick)` follows every move.
+// of the figure in Python.  `changed(values, quick, asked)` follows every move; `asked` is
+// one that a link or the reset button asks for.
 export class Controls {
   constructor(figure, fields, changed) {
     Object.assign(this, { figure, fields, changed, inputs: {} });
@@ -101,7 +91,7 @@ export class Controls {
       this.inputs[name] = inputOf(name, field, moved);
       this.node.append(this.inputs[name].node);
     }
-    const reset = () => this.set(this.start);
+    const reset = () => this.set(this.start, false, true);
     this.node.append(
       el("button", { type: "button", class: "mkt-reset", onclick: reset }, "reset"),
     );
@@ -109,13 +99,13 @@ export class Controls {
   }
 
   // Move some controls; `quick` while a hand is still moving them.
-  set(values, quick = false) {
+  set(values, quick = false, asked = false) {
     for (const [name, value] of Object.entries(values)) {
       const { low, high, options } = this.fields[name];
       this.values[name] = options ? value : Math.min(Math.max(value, low), high);
     }
     this.show();
-    this.changed(this.values, quick);
+    this.changed(this.values, quick, asked);
     if (!quick) this.write();
   }
 
@@ -169,7 +159,7 @@ export class Controls {
       : "";
     this.values = values;
     this.show();
-    this.changed(this.values, false);
+    this.changed(this.values, false, true);
     return true;
   }
 
@@ -254,6 +244,16 @@ export class Canvas {
     });
   }
 
+  // Follow a mouse over it, or a finger on it; null when it leaves.
+  hovered(over) {
+    const at = ({ clientX, clientY }) => {
+      const { left, top } = this.node.getBoundingClientRect();
+      over([clientX - left, clientY - top]);
+    };
+    for (const name of ["pointermove", "pointerdown"]) this.node.addEventListener(name, at);
+    this.node.addEventListener("pointerleave", ({ pointerType }) => pointerType === "mouse" && over(null)); // prettier-ignore
+  }
+
   // Arrow keys: steps [right, down], with the event for its modifiers.
   keyed(step) {
     const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }; // prettier-ignore
@@ -307,6 +307,15 @@ export function outline(pen, points, color, width = 2) {
   }
 }
 
+// A dot with a dark rim, which shows on any ground.
+export function dot(pen, x, y, radius, color) {
+  pen.beginPath();
+  pen.arc(x, y, radius, 0, 7);
+  Object.assign(pen, { fillStyle: color, strokeStyle: "#0008", lineWidth: 1 });
+  pen.fill();
+  pen.stroke();
+}
+
 // All canvases of a panel as they stand, as one picture to be saved.
 function save(panel) {
   const stage = panel.querySelector(".mkt-stage");
@@ -329,7 +338,7 @@ export function takeOver(panel, ...nodes) {
     old.remove();
   const still = panel.querySelector(".mkt-save");
   const live = el("button", { type: "button", class: "mkt-save", onclick: () => save(panel) });
-  live.textContent = still?.textContent ?? "PNG of what is shown";
+  live.textContent = still?.textContent ?? "picture of what is shown";
   still?.replaceWith(live);
   panel.prepend(...nodes);
   panel.classList.add("mkt-live");

@@ -1,18 +1,34 @@
 // Which figures of a page are live, and how each begins.  WORKER is the text of the
 // worker: pages on a disk may start one only from a text that they hold.
 
+import { beats } from "./beats.js";
 import { camera } from "./camera.js";
+import { histogramsOf } from "./histograms.js";
+import { kernels } from "./kernels.js";
+import { rootLocus } from "./loop.js";
 import { newton } from "./newton.js";
-import { surfaces } from "./surfaces.js";
+import { resampling } from "./resampling.js";
+import { successCurves } from "./success.js";
+import { blur, surfaces } from "./surfaces.js";
 
-const LIVE = { "teuliere2009.fig3": surfaces, "own.newton": newton };
+const LIVE = {
+  "own.beats": beats,
+  "own.newton": newton,
+  "own.resampling": resampling,
+  "own.root_locus": rootLocus,
+  "own.success": successCurves,
+  "teuliere2009.fig1": histogramsOf,
+  "teuliere2009.fig2": kernels,
+  "teuliere2009.fig3": surfaces,
+  "teuliere2009.fig4": blur,
+};
 
 // The first panel of each live figure that has sliders, {name: panel}.
 function found() {
   const panels = new Map();
   for (const block of document.querySelectorAll("figure.mkt-panel > .mkt-data")) {
-    const { file, groups } = JSON.parse(block.textContent);
-    if (LIVE[file] && groups.length && !panels.has(file))
+    const { file, live } = JSON.parse(block.textContent);
+    if (live && !panels.has(file))
       panels.set(file, block.parentElement);
   }
   return panels;

@@ -1,29 +1,74 @@
-// Figure 3 of [T09], live: the distance over rotation and place, every slider free.
+// Figures 3 and 4 of [T09], live: the distance over rotation and place, two surfaces side
+// by side: of two layouts of kernels, or of a sharp frame and a blurred one.
 
-import { corners, displaced, distanceAt, learn, linspace, warp } from "./engine.js";
-import { axes, binImages, Canvas, Controls, el, load, number, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
+import { blurred, colorBins, corners, displaced, distanceAt, learn, linspace, warp } from "./engine.js"; // prettier-ignore
+import { grained, still } from "./objects.js";
+import { axes, Canvas, Controls, el, load, number, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
 
 const [CELLS, COARSE] = [61, 4]; // a side; while a hand moves, every fourth
 const TURN = 60; // [deg]
+const EXTENT = 30; // [px] where no slider says it
 const SHOWN = [60, 30, 200, 180]; // of the frame: left, top, width, height [px]
 const SLICE = 12; // [ms] of work before the page may breathe
 const COLORS = ["#e49c00", "#1e7dc1"];
 const RED = "#cb1118";
 
+// Figure 3: one kernel and several, in one frame.
+const TWO_LAYOUTS = {
+  async fields({ fields }) {
+    const span = { ...fields.span, step: 0.01 };
+    return { ...fields, span, extent: { ...fields.extent, step: 1 } };
+  },
+  pairs({ layout, span }, { region, images }) {
+    const single = Math.min(span, 1);
+    const specs = [
+      { layout: "one", span: single, samples: 2400 },
+      { layout, span: layout === "one" ? single : span, samples: 2400 },
+    ];
+    const titles = ["(a) one kernel", layout === "one" ? "(b) one kernel again" : `(b) ${layout} kernels`]; // prettier-ignore
+    return specs.map((spec, k) => ({
+      target: learn(images[0], region, spec),
+      image: images[1],
+      title: titles[k],
+      name: k ? layout : "one kernel",
+    }));
+  },
+};
+
+// Figure 4: the object standing still, and crossing while the shutter is open.
+const TWO_FRAMES = {
+  async fields({ fields, ground }) {
+    this.ground = await pixels(ground);
+    const exposure = { ...fields.exposure, step: 0.01 };
+    return { ...fields, exposure, speed: { ...fields.speed, step: 1 } };
+  },
+  async pairs({ layout, item, exposure, speed }, object) {
+    const { region, images } = object;
+    if (this.item !== item) {
+      this.sprite = await pixels((await load(`sprite-${item}`)).picture);
+      this.item = item;
+    }
+    const seen = blurred(this.ground, this.sprite, region, { exposure, speed });
+    const { width, height } = seen;
+    grained(seen.data, 1);
+    object.picture = await createImageBitmap(new ImageData(seen.data, width, height));
+    const target = learn(images[0], region, { layout });
+    return [
+      { target, image: images[1], title: "standing still", name: "the sharp frame" },
+      { target, image: colorBins()(seen), title: "crossing", name: "the blurred one" },
+    ];
+  },
+};
+
 class Surfaces {
-  constructor(panel, name, { viridis, items, extents, layouts, spans }) {
-    this.viridis = viridis;
-    this.maps = [[], []];
-    const fields = {
-      layout: { options: layouts, value: "3x3" },
-      span: { low: spans[0], high: spans[1], step: 0.01, value: 1 },
-      bins: { options: ["hsv", "rgb", "hs"], value: "hsv" },
-      item: { options: items, value: "car" },
-      extent: { low: extents[0], high: extents[1], step: 1, value: 20 },
+  constructor(panel, name, { viridis }, kind, fields) {
+    Object.assign(this, { viridis, kind, maps: [[], []] });
+    const free = {
+      ...fields,
       x: { low: -40, high: 40, step: 0.5, value: 0, own: true, title: "x [px]" },
       rotation: { low: -TURN, high: TURN, step: 1, value: 0, own: true, title: "rotation [deg]" }, // prettier-ignore
     };
-    this.controls = new Controls(name, fields, () => this.follow());
+    this.controls = new Controls(name, free, () => this.follow());
     this.frame = new Canvas("", 0.9, (...pen) => this.drawFrame(...pen));
     this.canvases = [0, 1].map((k) => new Canvas("", 1.05, (...pen) => this.drawMap(k, ...pen)));
     this.cut = new Canvas("", 0.3, (...pen) => this.drawCut(...pen), 190);
@@ -39,29 +84,22 @@ class Surfaces {
 
   // What a change asks for: new data, new surfaces, or only another point.
   async follow() {
-    const { layout, span, bins, item, extent } = this.controls.values;
-    const wanted = [layout, span, bins, item, extent].join(" ");
+    const { x: _x, rotation: _turn, ...settings } = this.controls.values;
+    const wanted = JSON.stringify(settings);
     if (wanted === this.made) return this.draw();
     this.made = wanted;
-        const key = `${item} ${bins}`;
-    if (this.seen !== key) {
-      const data = await load(`surfaces-${item}-${bins}`);
-      const images = await binImages(data.bins, data.m);
-      const picture = await createImageBitmap(await pixels(data.frame));
-      if (this.made !== wanted) return;
-      Object.assign(this, { seen: key, data, images, picture });
-    }
-    const single = Math.min(span, 1);
-    const specs = [
-      { layout: "one", span: single, samples: 2400 },
-      { layout, span: layout === "one" ? single : span, samples: 2400 },
-    ];
+    const { item, bins = "hsv", extent = EXTENT } = settings;
+    const key = `${item} ${bins}`;
+    const data = this.seen === key ? this.data : await still(item, bins);
     try {
-      this.targets = specs.map((spec) => learn(this.images[0], this.data.region, spec));
+      const pairs = await this.kind.pairs(settings, data);
+      if (this.made !== wanted) return;
+      Object.assign(this, { seen: key, data, pairs });
     } catch (error) {
       this.controls.note.textContent = error.message;
       return;
     }
+    this.extent = extent;
     this.x = linspace(-extent, extent, CELLS);
     this.theta = linspace(-TURN, TURN, CELLS).map((degrees) => (degrees * Math.PI) / 180);
     clearTimeout(this.later);
@@ -73,7 +111,7 @@ class Surfaces {
 
   at(k, row, column) {
     const place = displaced(this.data.region, this.x[column], 0, this.theta[row]);
-    return distanceAt(this.targets[k], this.images[1], place);
+    return distanceAt(this.pairs[k].target, this.pairs[k].image, place);
   }
 
   // Every so-many-th cell, spread over its neighbours.
@@ -112,36 +150,32 @@ class Surfaces {
   }
 
   draw() {
-    if (!this.targets) return;
+    if (!this.pairs) return;
     const { x, rotation } = this.controls.values;
-    const at = (target, turn) =>
-      distanceAt(target, this.images[1], displaced(this.data.region, x, 0, turn));
-    this.cuts = this.targets.map((target) => this.theta.map((turn) => at(target, turn)));
-    this.here = this.targets.map((target) => at(target, (rotation * Math.PI) / 180));
+    const at = ({ target, image }, turn) =>
+      distanceAt(target, image, displaced(this.data.region, x, 0, turn));
+    this.cuts = this.pairs.map((pair) => this.theta.map((turn) => at(pair, turn)));
+    this.here = this.pairs.map((pair) => at(pair, (rotation * Math.PI) / 180));
     const words = this.here.map((d) => d.toFixed(3));
+    const [one, other] = this.pairs.map(({ name }) => name);
     const place = `x = ${number(x)} px, rotation = ${number(rotation)} degrees`;
-    this.said.textContent = `At ${place}: distance ${words[0]} for one kernel, ${words[1]} for ${this.controls.values.layout}.`; // prettier-ignore
+    this.said.textContent = `At ${place}: distance ${words[0]} for ${one}, ${words[1]} for ${other}.`; // prettier-ignore
     this.frame.node.setAttribute("aria-label", `The frame with the region at ${place}`);
     this.cut.node.setAttribute("aria-label", "The distance along rotation at this x, for both");
     for (const [k, canvas] of this.canvases.entries()) {
       const lowest = Math.min(...this.maps[k]).toFixed(2);
-      canvas.node.setAttribute("aria-label", `${this.title(k)}: the distance over x and rotation, lowest ${lowest}, here ${words[k]}`); // prettier-ignore
+      canvas.node.setAttribute("aria-label", `${this.pairs[k].title}: the distance over x and rotation, lowest ${lowest}, here ${words[k]}`); // prettier-ignore
       canvas.redraw();
     }
     this.frame.redraw();
     this.cut.redraw();
   }
 
-  title(k) {
-    const { layout } = this.controls.values;
-    return k === 0 ? "(a) one kernel" : layout === "one" ? "(b) one kernel again" : `(b) ${layout} kernels`; // prettier-ignore
-  }
-
   drawFrame(pen, width, height) {
-    if (!this.picture) return;
+    if (!this.pairs) return;
     const [left, top, shown] = SHOWN;
     const scale = width / shown;
-    pen.drawImage(this.picture, ...SHOWN, 0, 0, width, height);
+    pen.drawImage(this.data.picture, ...SHOWN, 0, 0, width, height);
     const onto = ([x, y]) => [(x + 0.5 - left) * scale, (y + 0.5 - top) * scale];
     outline(pen, corners(this.data.region).map(onto), "#333", 1);
     const region = this.point();
@@ -160,7 +194,7 @@ class Surfaces {
 
   drawMap(k, pen, width, height) {
     const map = this.maps[k];
-    if (!map.length || !this.targets) return;
+    if (!map.length || !this.pairs) return;
     const [left, top, w, h] = this.mapBox(width, height);
     const small = el("canvas", { width: CELLS, height: CELLS });
     const cells = new ImageData(CELLS, CELLS);
@@ -172,8 +206,9 @@ class Surfaces {
     small.getContext("2d").putImageData(cells, 0, 0);
     pen.imageSmoothingEnabled = this.whole;
     pen.drawImage(small, left, top, w, h);
-    const { extent, x, rotation } = this.controls.values;
-    const limits = { x: [-extent, extent], y: [-TURN, TURN], xlabel: "x [px]", ylabel: `${this.title(k)}, rotation [deg]` }; // prettier-ignore
+    const { extent } = this;
+    const { x, rotation } = this.controls.values;
+    const limits = { x: [-extent, extent], y: [-TURN, TURN], xlabel: "x [px]", ylabel: `${this.pairs[k].title}, rotation [deg]` }; // prettier-ignore
     const { across, down } = axes(pen, [left, top, w, h], limits);
     const [u, v] = [across(Math.min(Math.max(x, -extent), extent)), down(rotation)];
     for (const [style, thick] of [["#fff", 4], [RED, 2]]) { // prettier-ignore
@@ -203,7 +238,7 @@ class Surfaces {
       pen.setLineDash([]);
       pen.fillRect(across(-TURN) + 10 + 130 * k, 30, 16, 3);
       Object.assign(pen, { fillStyle: ink, textAlign: "left" });
-      pen.fillText(this.title(k), across(-TURN) + 31 + 130 * k, 36);
+      pen.fillText(this.pairs[k].title, across(-TURN) + 31 + 130 * k, 36);
       pen.beginPath();
       pen.arc(across(rotation), down(this.here[k]), 4, 0, 7);
       pen.fillStyle = RED;
@@ -242,7 +277,7 @@ class Surfaces {
       const to = ([u, v]) => {
         const { clientWidth, clientHeight } = canvas.node;
         const [left, top, w, h] = this.mapBox(clientWidth, clientHeight);
-        const { extent } = this.controls.values;
+        const { extent } = this;
         const x = Math.min(Math.max((2 * (u - left)) / w - 1, -1), 1) * extent;
         set(Math.round(2 * x) / 2, Math.round(TURN - (2 * TURN * (v - top)) / h), true);
       };
@@ -252,8 +287,12 @@ class Surfaces {
   }
 }
 
-export async function surfaces(panel, name) {
-  const figure = new Surfaces(panel, name, await load("surfaces"));
+const begin = (kind) => async (panel, name) => {
+  const data = await load(name.split(".")[1]);
+  const figure = new Surfaces(panel, name, data, kind, await kind.fields(data));
   figure.controls.show();
   if (!figure.controls.read()) await figure.follow();
-}
+};
+
+export const surfaces = begin(TWO_LAYOUTS);
+export const blur = begin(TWO_FRAMES);

@@ -1,21 +1,10 @@
 // The trackers beside the page, so that it never waits: one answer to each message.
 
+import { resized } from "./crowd.js";
 import { colorBins, combinedInit, combinedStep, learn, random } from "./engine.js";
 
 const bins = colorBins();
 let [known, state, rng] = [null, null, null];
-
-// Another number of particles: all weigh the same, so they are drawn anew.
-function resized(filter, n) {
-  const { regions, velocities } = filter.particles;
-  if (regions.length === n) return filter;
-  const chosen = Array.from({ length: n }, (_, i) => Math.floor((i * regions.length) / n));
-  const particles = {
-    regions: chosen.map((i) => regions[i]),
-    velocities: chosen.map((i) => velocities[i]),
-  };
-  return { ...filter, particles };
-}
 
 const answers = {
   // Learn the object inside a region of a picture.

@@ -499,12 +499,27 @@ def test_the_site_is_light_and_so_is_every_pdf(site):
         for path in site.rglob("*")
         if path.is_file()
     }
-    assert sum(sizes.values()) < 72e6
+    assert sum(sizes.values()) < 55e6
     assert {
         str(path): size
         for path, size in sizes.items()
         if path.suffix == ".pdf" and size > 1e6
     } == {}
+
+
+# What a page names but does not load: its own data, films, and pages that follow.
+OTHERS = re.compile(r"data:|.*\.(webm|html)$")
+
+
+def test_a_chapter_is_light_without_its_films(site, pages_of):
+    """All that it asks for by itself, before anything is moved."""
+    weights = {}
+    for chapter in BOOK.chapters:
+        path = site / f"{chapter.name}.html"
+        loads = {url.partition("?")[0] for url in pages_of[path].loads}
+        files = [site / url for url in loads if not OTHERS.match(url)]
+        weights[chapter.name] = sum(file.stat().st_size for file in [path, *files])
+    assert {name: size for name, size in weights.items() if size > 1.5e6} == {}
 
 
 def test_under_every_figure_are_its_pdf_and_its_table(site, pages_of):

@@ -270,7 +270,7 @@ def test_a_picture_without_sliders_has_files_to_save_and_says_in_words_what_it_s
     assert (
         'href="_static/figures/toy.line.pdf"' in text
         and 'href="_static/figures/toy.line.csv"' in text
-        and "PNG of what is shown" in text
+        and "picture of what is shown" in text
     )
     assert "data-name" not in text and "mkt-reset" not in text
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import nbformat
 from nbformat import NotebookNode
 
-from mkt.course.book import live, pages, pictures, security
+from mkt.course.book import lighter, live, pages, pictures, security
 from mkt.course.book.checks import figure_cells, tree
 from mkt.course.book.contents import NOTEBOOKS, Book, BookError
 from mkt.experiments import claims, leaderboard, shipped
@@ -187,6 +187,7 @@ def render(source: Path, folder: Path) -> Path:
     quiet = [] if sys.stdout.isatty() else ["-q"]
     if subprocess.call([*program, *quiet, "-d", folder / "doctrees", source, fresh]):
         raise BookError("Sphinx could not write the site, see above")
+    lighter.lighten(fresh)
     security.seal(fresh)
     shutil.rmtree(site, ignore_errors=True)
     fresh.replace(site)

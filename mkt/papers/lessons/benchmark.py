@@ -35,6 +35,7 @@ BOBOT = "#0072b2"
 @figure(
     "own.success",
     size=(10, 5),
+    live=True,
     limit=(0.05, 0.95, 0.05),
     scene=list(SCENES),
     seed=[0, 1],
@@ -51,10 +52,8 @@ def success_curves(
     one sequence, one run of each tracker of the library but MIL, which would take
     longer than all the others together.
     """
-    source = Drawn(scene, seed)
     names = [name for name in TRACKERS if name not in SLOW]
-    regions = runs.regions([TRACKERS[name] for name in names], source, (seed,))[:, 0]
-    iou = overlaps(regions, runs.clip(source))
+    iou = overlaps_on(Drawn(scene, seed), names)
     curves = success(iou)
     seen = true_positives(iou, limit)
     every = true_positives(iou, limit, hidden=True)
@@ -70,6 +69,13 @@ def success_curves(
     )
     numbers = {"area": curves.mean(1), "seen": seen, "all": every}
     return shown(table, names=names, curves=curves, **numbers)
+
+
+def overlaps_on(source: Drawn, names: Sequence[str]) -> Array:
+    """The overlaps (K, T) of one run of each tracker, see `mkt.evaluation.overlaps`."""
+    trackers = [TRACKERS[name] for name in names]
+    regions = runs.regions(trackers, source, (source.seed,))[:, 0]
+    return overlaps(regions, runs.clip(source))
 
 
 def _draw_curves(ax: Axes, names: Sequence[str], curves: Array) -> None:

@@ -52,7 +52,7 @@ STEPS = 10
 @figure(
     "own.newton",
     size=(10, 4.6),
-    grid=("scale", "derivative_of_c"),
+    live=True,
     dx=(0, 64, 8),
     turn=(0, 80, 20),
     scale=(0.6, 1.6, 0.2),
@@ -143,7 +143,7 @@ def _draw_errors(ax: Axes, remaining: Mapping[str, Array]) -> None:
 @figure(
     "own.resampling",
     size=(10, 5),
-    grid=("scheme", "lam"),
+    live=True,
     scheme=list(SCHEMES),
     n=(4, 12, 2),
     lam=(0, 60, 20),
@@ -166,7 +166,7 @@ def resampling(
     what is expected of them; and how far the offspring scatter round that over 400
     repetitions, for each scheme.
     """
-    d = np.random.default_rng(3).permutation(np.linspace(0.1, 0.6, n))
+    d = spread_distances(n)
     weights = normalised(log_likelihood(1 - d[:, None] ** 2, lam))
     ancestors = SCHEMES[scheme](weights, np.random.default_rng(seed))
     counts = np.bincount(ancestors, minlength=n)
@@ -191,6 +191,11 @@ def resampling(
     facts = {"weights": weights, "counts": counts, "draws": positions}
     n_eff = effective_sample_size(weights)
     return shown(table, n_eff=n_eff, scatter=list(scatter.values()), **facts)
+
+
+def spread_distances(n: int) -> Array:
+    """The distances (n,) of the particles of `resampling`, in no order."""
+    return np.random.default_rng(3).permutation(np.linspace(0.1, 0.6, n))
 
 
 _POSITIONS = {

@@ -97,6 +97,7 @@ def _dimmed(picture: Frame, weights: Array) -> Frame:
 @figure(
     "teuliere2009.fig1",
     size=(10, 3.6),
+    live=True,
     profile=list(PROFILES),
     span=(0.4, 1.0, 0.1),
     bins=list(SPACES),
@@ -145,6 +146,7 @@ def fig1(
 @figure(
     "teuliere2009.fig2",
     size=(10, 4.2),
+    live=True,
     layout=["one", "2x2", "3x3", "4x4", "tiles"],
     span=(0.4, 1.4, 0.1),
     profile=list(PROFILES),
@@ -257,6 +259,7 @@ def cost_surfaces(
 @figure(
     "teuliere2009.fig3",
     size=(10, 6.2),
+    live=True,
     layout=["one", "2x2", "3x3", "4x4"],
     span=(0.4, 1.4, 0.1),
     bins=list(SPACES),
@@ -319,7 +322,7 @@ def _surface_table(
 @figure(
     "teuliere2009.fig4",
     size=(10, 6),
-    grid=("exposure", "speed"),
+    live=True,
     exposure=(0.0, 1.0, 0.1),
     speed=(0, 40, 4),
     layout=["one", "2x2", "3x3", "4x4"],

@@ -1,0 +1,355 @@
+// own.beats, live: the particle filter as a film of four beats, and a wall to move.
+
+import { resized } from "./crowd.js";
+import { coefficients, colorBins, corners, displaced, FILTER, filterInit, filterStep, linspace, logLikelihood, MOTION, overlap, random, restless, warp } from "./engine.js"; // prettier-ignore
+import { grained } from "./objects.js";
+import { axes, Canvas, Controls, dot, el, load, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
+
+const BEATS = ["1 predict", "2 weigh", "3 estimate", "4 draw"];
+const WORDS = [
+  () => "every particle moves on, by its velocity and by chance",
+  () => "every particle weighs as much as its place looks like the car",
+  () => "the weighted mean is the answer",
+  ({ ancestors }) => `the heavy are copied, the light are left out: ${new Set(ancestors).size} of ${ancestors.length} live on`, // prettier-ignore
+];
+const SLICE = 12; // [ms] of work before the page may breathe
+const [REACH, PLACES] = [40, 81]; // [px] of the likelihood along x, and where it is taken
+const [CROWD, GREEN, BLUE, GREY] = ["#e49c00", "#33b24d", "#1e7dc1", "#888"];
+
+function upright(pen, x, from, to, color) {
+  Object.assign(pen, { strokeStyle: color, lineWidth: 2 });
+  pen.beginPath();
+  pen.moveTo(x, from);
+  pen.lineTo(x, to);
+  pen.stroke();
+}
+
+class Beats {
+  constructor(panel, name, data, pictures) {
+    Object.assign(this, data, pictures, { rounds: [], bins: colorBins() });
+    const [width, height] = this.size;
+    this.scene = el("canvas", { width, height });
+    this.pen = this.scene.getContext("2d", { willReadFrequently: true });
+    const { frame, n, noise, lam, scheme, wall } = data.fields;
+    const fields = {
+      frame,
+      beat: { options: BEATS, value: BEATS[3], own: true },
+      n: { ...n, title: "particles" },
+      noise,
+      lam: { ...lam, title: "lambda" },
+      scheme,
+      wall: { ...wall, title: "wall [px]" },
+      pace: { low: 0.5, high: 20, step: 0.5, value: 4, own: true, title: "beats a second" },
+    };
+    this.controls = new Controls(name, fields, (_values, _quick, asked) => this.follow(asked)); // prettier-ignore
+    this.frame = new Canvas("", height / width, (...pen) => this.drawFrame(...pen));
+    this.line = new Canvas("", 0.35, (...pen) => this.drawLine(...pen), 150);
+    this.course = new Canvas("", 0.62, (...pen) => this.drawCourse(...pen), 190);
+    this.show(panel);
+    this.hands();
+  }
+
+  show(panel) {
+    const button = (title, onclick) => el("button", { type: "button", onclick }, title);
+    this.player = button("play", () => this.play());
+    const back = button("one beat back", () => this.turn(-1));
+    const on = button("next beat", () => this.turn(1));
+    const acts = el("div", { class: "mkt-controls" }, this.player, back, on);
+    this.said = el("p", { class: "mkt-note", role: "status" });
+    const hint = el("p", { class: "mkt-note" }, "Drag the wall into the picture, or push it with the arrow keys. What you change holds from this frame on: the chance of each frame stays the same."); // prettier-ignore
+    const left = el("div", {}, this.frame.node, this.line.node);
+    const right = el("div", {}, this.said, this.course.node);
+    const stage = el("div", { class: "mkt-stage mkt-film" }, left, right);
+    const { node, note } = this.controls;
+    takeOver(panel, node, note, acts, stage, hint, this.controls.copies());
+  }
+
+  // The run
+
+  // Keep what was before the change; a link or the reset button begins anew.
+  follow(asked) {
+    const { frame, beat, pace, ...settings } = this.controls.values;
+    const known = JSON.stringify(settings);
+    if (asked || this.known !== known)
+      this.rounds.length = asked || !this.shown ? 0 : Math.min(this.shown, frame);
+    this.known = known;
+    if (this.playing && this.pace !== pace) this.restart(pace);
+    this.reach(frame);
+  }
+
+  // Compute what is missing, a slice of time after the other, and show the frame.
+  reach(frame) {
+    clearTimeout(this.later);
+    const end = performance.now() + SLICE;
+    while (this.rounds.length <= frame && performance.now() < end) this.advance();
+    this.shown = Math.min(frame, this.rounds.length - 1);
+    if (this.shown) this.draw();
+    if (this.shown < frame) this.later = setTimeout(() => this.reach(frame));
+  }
+
+  advance() {
+    const { n, noise, lam, scheme, wall } = this.controls.values;
+    const options = { ...FILTER, n, lambda: lam, scheme, motion: restless(MOTION, noise) };
+    const k = this.rounds.length;
+    const rng = random(1000 + k);
+    if (!k) {
+      const image = this.bins(this.photograph(0, this.fields.wall.value));
+      const next = filterInit(options, image, this.truth[0], rng);
+      return this.rounds.push({ next });
+    }
+    const image = this.bins(this.photograph(k, wall));
+    const last = resized(this.rounds[k - 1].next, n);
+    const [next, found] = filterStep(options, last, image, rng);
+    const iou = overlap(found.region, this.truth[k]);
+    const before = last.particles.regions;
+    this.rounds.push({ ...found, next, image, before, wall, lam, iou });
+  }
+
+  // What the sensor sees of a frame.
+  photograph(k, wall) {
+    this.paint(k, wall);
+    const [width, height] = this.size;
+    const picture = this.pen.getImageData(0, 0, width, height);
+    grained(picture.data, k);
+    return picture;
+  }
+
+  paint(k, wall) {
+    const { pen, bricks } = this;
+    const [cx, cy, theta, hx, hy] = this.truth[k];
+    const [c, s] = [Math.cos(theta), Math.sin(theta)];
+    pen.drawImage(this.ground, 0, 0);
+    pen.setTransform(c, s, -s, c, cx + 0.5, cy + 0.5);
+    pen.drawImage(this.car, -hx, -hy, 2 * hx, 2 * hy);
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    for (let y = 0; y < this.size[1]; y += bricks.height)
+      pen.drawImage(bricks, wall + 0.5 - bricks.width / 2, y);
+  }
+
+  // The film
+
+  play() {
+    if (this.playing) return this.pause();
+    this.player.textContent = "pause";
+    this.said.setAttribute("aria-live", "off"); // nobody listens that fast
+    this.restart(this.controls.values.pace);
+  }
+
+  restart(pace) {
+    clearInterval(this.playing);
+    this.pace = pace;
+    this.playing = setInterval(() => this.turn(1, true), 1000 / pace);
+  }
+
+  pause() {
+    clearInterval(this.playing);
+    this.playing = null;
+    this.player.textContent = "play";
+    this.said.removeAttribute("aria-live");
+    this.controls.set({});
+  }
+
+  turn(step, quick = false) {
+    const { frame, beat } = this.controls.values;
+    const at = 4 * (frame - 1) + BEATS.indexOf(beat) + step;
+    if (at < 0 || at >= 4 * this.fields.frame.high) return quick && this.pause();
+    this.controls.set({ frame: 1 + Math.floor(at / 4), beat: BEATS[at % 4] }, quick);
+  }
+
+  // The pictures
+
+  draw() {
+    const round = this.rounds[this.shown];
+    const beat = BEATS.indexOf(this.controls.values.beat);
+    const { nEff, distance, iou, weights } = round;
+    const place = `Frame ${this.shown} of ${this.truth.length - 1}`;
+    this.said.textContent = `${place}, ${BEATS[beat]}: ${WORDS[beat](round)}. N_eff ${nEff.toFixed(1)} of ${weights.length}, distance ${distance.toFixed(2)}, overlap with the truth ${iou.toFixed(2)}.`; // prettier-ignore
+    const about = {
+      frame: `${place} with the particles, ${BEATS[beat]}; the wall is at x = ${round.wall} px`,
+      line: "The particles along x, with their weights and the likelihood",
+      course: "N_eff, distance and overlap over the frames so far",
+    };
+    for (const [name, words] of Object.entries(about)) {
+      this[name].node.setAttribute("aria-label", words);
+      this[name].redraw();
+    }
+  }
+
+  // How large each particle is drawn, from 0 to 1, and whether it lives on.
+  sizes({ weights, ancestors }, beat) {
+    if (beat === 0) return weights.map(() => 0.15);
+    let values = weights;
+    if (beat === 3) {
+      values = weights.map(() => 0);
+      for (const i of ancestors) values[i]++;
+    }
+    const most = Math.max(...values);
+    return values.map((value) => value / most);
+  }
+
+  drawFrame(pen, width, height) {
+    const round = this.rounds[this.shown];
+    if (!round?.region) return;
+    const scale = width / this.size[0];
+    const onto = ([x, y]) => [(x + 0.5) * scale, (y + 0.5) * scale];
+    this.paint(this.shown, round.wall);
+    pen.globalAlpha = 0.75;
+    pen.drawImage(this.scene, 0, 0, width, height);
+    pen.globalAlpha = 1;
+    const beat = BEATS.indexOf(this.controls.values.beat);
+    if (beat === 0) this.drawWays(pen, round, onto);
+    const sizes = this.sizes(round, beat);
+    round.particles.forEach((region, i) => {
+      const [x, y] = onto(region);
+      if (sizes[i] > 0) return dot(pen, x, y, 2 + 6 * Math.sqrt(sizes[i]), CROWD);
+      Object.assign(pen, { strokeStyle: GREY, lineWidth: 1.5 });
+      pen.beginPath();
+      for (const way of [3, -3]) {
+        pen.moveTo(x - 3, y - way);
+        pen.lineTo(x + 3, y + way);
+      }
+      pen.stroke();
+    });
+    if (beat !== 2) return;
+    outline(pen, corners(this.truth[this.shown]).map(onto), "#000", 1.5);
+    outline(pen, corners(round.region).map(onto), GREEN, 3);
+    const [from, to] = [round.region, warp(round.region, [1, 0])].map(onto);
+    pen.beginPath();
+    pen.moveTo(...from);
+    pen.lineTo(...to);
+    pen.stroke();
+  }
+
+  // From where each particle came.
+  drawWays(pen, { before, particles }, onto) {
+    Object.assign(pen, { strokeStyle: "#333", lineWidth: 1 });
+    before.forEach((region, i) => {
+      const [x, y] = onto(region);
+      pen.beginPath();
+      pen.moveTo(x, y);
+      pen.lineTo(...onto(particles[i]));
+      pen.stroke();
+      dot(pen, x, y, 2, GREY);
+    });
+  }
+
+  // Along x: sticks as high as the weights, and the likelihood.
+  drawLine(pen, width, height) {
+    const round = this.rounds[this.shown];
+    if (!round?.region) return;
+    const middle = Math.round(round.region[0]);
+    const box = [30, 22, width - 38, height - 62];
+    const limits = { x: [middle - REACH, middle + REACH], y: [0, 1.1], xlabel: "x [px]", ylabel: "weights, and the likelihood of every place (grey)" }; // prettier-ignore
+    const { across, down } = axes(pen, box, limits);
+    pen.save();
+    pen.beginPath();
+    pen.rect(...box);
+    pen.clip();
+    const ink = pen.strokeStyle;
+    const beat = BEATS.indexOf(this.controls.values.beat);
+    if (beat) this.drawLikelihood(pen, round, across, down);
+    const sizes = this.sizes(round, beat === 2 ? 1 : beat);
+    round.particles.forEach(([x], i) => {
+      const top = down(beat ? sizes[i] : 0.05);
+      upright(pen, across(x), down(0), top, CROWD);
+      if (sizes[i] > 0) dot(pen, across(x), top, 2.5, CROWD);
+    });
+    pen.setLineDash([5, 4]);
+    upright(pen, across(this.truth[this.shown][0]), down(0), down(1.1), ink);
+    pen.setLineDash([]);
+    if (beat === 2) upright(pen, across(round.region[0]), down(0), down(1.1), GREEN);
+    pen.restore();
+  }
+
+  drawLikelihood(pen, round, across, down) {
+    const { target } = round.next;
+    round.curve ??= linspace(-REACH, REACH, PLACES).map((dx) => {
+      const place = displaced(round.region, dx, 0, 0);
+      return [place[0], logLikelihood(coefficients(target, round.image, place), round.lam)];
+    });
+    const top = Math.max(...round.curve.map(([, value]) => value));
+    pen.beginPath();
+    for (const [x, value] of round.curve) pen.lineTo(across(x), down(Math.exp(value - top)));
+    Object.assign(pen, { strokeStyle: GREY, lineWidth: 1.5 });
+    pen.stroke();
+  }
+
+  courseBox(width, height) {
+    return [38, 40, width - 46, height - 80];
+  }
+
+  drawCourse(pen, width, height) {
+    if (!this.shown) return;
+    const box = this.courseBox(width, height);
+    const { across, down } = axes(pen, box, { x: [1, this.fields.frame.high], y: [0, 1], xlabel: "frame" }); // prettier-ignore
+    const curves = {
+      "N_eff / N": [BLUE, [], ({ nEff, weights }) => nEff / weights.length],
+      distance: [CROWD, [6, 4], ({ distance }) => distance],
+      overlap: [GREEN, [2, 3], ({ iou }) => iou],
+    };
+    const ink = pen.fillStyle;
+    let left = box[0];
+    for (const [name, [color, dashes, of]] of Object.entries(curves)) {
+      Object.assign(pen, { strokeStyle: color, lineWidth: 2, fillStyle: ink });
+      pen.setLineDash(dashes);
+      pen.beginPath();
+      [left, left + 22].forEach((x) => pen.lineTo(x, 16));
+      pen.stroke();
+      pen.textAlign = "left";
+      pen.fillText(name, left + 27, 20);
+      left += 40 + pen.measureText(name).width;
+      pen.beginPath();
+      this.rounds.forEach((round, k) => k && pen.lineTo(across(k), down(of(round))));
+      pen.stroke();
+    }
+    pen.setLineDash([]);
+    upright(pen, across(this.shown), down(0), down(1), ink);
+  }
+
+  // Hands
+
+  hands() {
+    const settle = () => this.controls.set({});
+    let grip = 0;
+    this.frame.dragged(
+      ([u]) => {
+        const scale = this.frame.node.clientWidth / this.size[0];
+        const { wall } = this.controls.values;
+        // A wall out of sight comes to the hand.
+        const near = Math.abs(u / scale - wall) < this.bricks.width / 2;
+        grip = near ? wall - u / scale : 0;
+        if (!near) this.controls.set({ wall: Math.round(u / scale) }, true);
+      },
+      ([u]) => {
+        const scale = this.frame.node.clientWidth / this.size[0];
+        this.controls.set({ wall: Math.round(u / scale + grip) }, true);
+      },
+      settle,
+    );
+    this.frame.keyed(([right]) => {
+      const { wall } = this.controls.values;
+      this.controls.set({ wall: wall + 5 * right });
+    });
+    const to = ([u]) => {
+      const [left, , width] = this.courseBox(this.course.node.clientWidth, 0);
+      const { low, high } = this.fields.frame;
+      const frame = Math.round(low + ((u - left) / width) * (high - low));
+      this.controls.set({ frame }, true);
+    };
+    this.course.dragged(to, to, settle);
+    this.course.keyed(([right]) => {
+      const { frame } = this.controls.values;
+      this.controls.set({ frame: frame + right });
+    });
+  }
+}
+
+const bitmap = async (address) => createImageBitmap(await pixels(address));
+
+export async function beats(panel, name) {
+  const data = await load("beats");
+  const [ground, car, bricks] = await Promise.all([data.ground, data.car, data.bricks].map(bitmap)); // prettier-ignore
+  const figure = new Beats(panel, name, data, { ground, car, bricks });
+  figure.controls.show();
+  if (!figure.controls.read()) figure.follow(true);
+}

@@ -1,0 +1,172 @@
+// own.root_locus, live: the poles of the loop, dragged along their way, and its answer.
+
+import { linspace, oneFeature, poles } from "./engine.js";
+import { axes, Canvas, Controls, el, load, number, takeOver } from "./page.js";
+
+const RATIOS = { off: 0, raw: Infinity, Kalman: 1 }; // Q / R of the filters
+const [MOST, STEPS] = [10, 101]; // [1/s] gains of the locus, and how many
+const [REAL, IMAGINARY] = [1.9, 1.6]; // the plane's halves
+const [SECONDS, SPEED, CENTIMETRES] = [18, 5, 16];
+const [ORANGE, GREEN, GREY] = ["#e49c00", "#33b24d", "#888"];
+
+// A target that sets off, turns back and stops [cm/s].
+const speedAt = (t) => SPEED * ((t >= 1) - 2 * (t >= 8) + (t >= 12));
+
+class RootLocus {
+  constructor(panel, name, { fields, viridis }) {
+    this.viridis = viridis;
+    const free = (field, low, high, step, title) => ({ low, high, step, value: Number(field.value), title }); // prettier-ignore
+    const { gain, delay, compensation, fps, mismatch } = fields;
+    const each = {
+      gain: free(gain, 0.05, MOST, 0.05, "gain [1/s]"),
+      delay: free(delay, 0, 6, 1, "delay [frames]"),
+      compensation,
+      fps: free(fps, 1, 30, 0.5, "frames a second"),
+      mismatch: free(mismatch, 0.2, 4, 0.05, "mismatch"),
+    };
+    this.controls = new Controls(name, each, () => this.follow());
+    this.plane = new Canvas("", 0.9, (...pen) => this.drawPlane(...pen));
+    this.answer = new Canvas("", 0.9, (...pen) => this.drawAnswer(...pen));
+    this.said = el("p", { class: "mkt-note", role: "status" });
+    const hint = el("p", { class: "mkt-note" }, "Drag a cross along its way, or turn the gain up with the arrow keys."); // prettier-ignore
+    const stage = el("div", { class: "mkt-stage mkt-pairs" }, this.plane.node, this.answer.node); // prettier-ignore
+    const { node, note } = this.controls;
+    takeOver(panel, node, note, stage, this.said, hint, this.controls.copies());
+    this.hands();
+  }
+
+  loop(gain = this.controls.values.gain) {
+    const { delay, compensation, fps, mismatch } = this.controls.values;
+    return { gain, dt: 1 / fps, delay, ratio: RATIOS[compensation], mismatch };
+  }
+
+  follow() {
+    const { gain, ...others } = this.controls.values;
+    const known = JSON.stringify(others);
+    if (this.known !== known) {
+      this.gains = linspace(MOST / (STEPS - 1), MOST, STEPS - 1);
+      let last;
+      this.ways = this.gains.map((each) => (last = poles(this.loop(each), last)));
+    }
+    this.known = known;
+    this.chosen = poles(this.loop());
+    this.radius = Math.max(...this.chosen.map((z) => Math.hypot(...z)));
+    const { dt } = this.loop();
+    this.times = Array.from({ length: Math.ceil(SECONDS / dt - 1e-9) }, (_, k) => k * dt);
+    this.speeds = this.times.map(speedAt);
+    this.errors = oneFeature(this.loop(), this.speeds, this.times.map(() => 0)); // prettier-ignore
+    this.draw();
+  }
+
+  draw() {
+    const { gain, fps, delay } = this.controls.values;
+    const stable = this.radius < 1 ? "stable" : "runs away";
+    const far = Math.max(...this.errors.map(Math.abs));
+    const reach = far < 1000 ? `${far.toFixed(1)} cm` : "more than 10 m";
+    this.said.textContent = `Largest pole ${this.radius.toFixed(3)}: ${stable}. Gain x frame period = ${number(gain / fps)}, ${this.chosen.length} ${this.chosen.length > 1 ? "poles" : "pole"} beside values that are stored for one frame, greatest distance ${reach}.`; // prettier-ignore
+    const words = this.chosen.map(([re, im]) => `${re.toFixed(2)} ${im < 0 ? "-" : "+"} ${Math.abs(im).toFixed(2)} i`); // prettier-ignore
+    this.plane.node.setAttribute("aria-label", `The complex plane; poles at ${words.join(", ")}; ${stable}`); // prettier-ignore
+    this.answer.node.setAttribute("aria-label", `How far the camera is behind a target of 5 cm/s that turns back and stops, with ${delay} frames of delay: at most ${reach}`); // prettier-ignore
+    this.plane.redraw();
+    this.answer.redraw();
+  }
+
+  // Both axes alike, however wide the canvas is.
+  planeBox(width, height) {
+    const fit = Math.min((width - 46) / (2 * REAL), (height - 62) / (2 * IMAGINARY));
+    return [38, 22, 2 * REAL * fit, 2 * IMAGINARY * fit];
+  }
+
+  drawPlane(pen, width, height) {
+    if (!this.chosen) return;
+    const box = this.planeBox(width, height);
+    const limits = { x: [-REAL, REAL], y: [-IMAGINARY, IMAGINARY], xlabel: "real part", ylabel: "imaginary part; dots: gain from 0 (dark) to 10" }; // prettier-ignore
+    const { across, down } = axes(pen, box, limits);
+    pen.save();
+    pen.beginPath();
+    pen.rect(...box);
+    pen.clip();
+    pen.strokeStyle = GREY;
+    pen.beginPath();
+    pen.arc(across(0), down(0), across(1) - across(0), 0, 7);
+    pen.stroke();
+    pen.globalAlpha = 0.4;
+    pen.beginPath();
+    pen.moveTo(across(-REAL), down(0));
+    pen.lineTo(across(REAL), down(0));
+    pen.moveTo(across(0), down(-IMAGINARY));
+    pen.lineTo(across(0), down(IMAGINARY));
+    pen.stroke();
+    pen.globalAlpha = 1;
+    this.ways.forEach((found, i) => {
+      pen.fillStyle = `rgb(${this.viridis[Math.round((255 * i) / this.ways.length)].join(" ")})`;
+      for (const [re, im] of found) {
+        pen.beginPath();
+        pen.arc(across(re), down(im), 2, 0, 7);
+        pen.fill();
+      }
+    });
+    for (const [color, thick] of [["#000", 5.5], [ORANGE, 3]]) { // prettier-ignore
+      Object.assign(pen, { strokeStyle: color, lineWidth: thick });
+      for (const [re, im] of this.chosen) {
+        const [u, v] = [across(re), down(im)];
+        pen.beginPath();
+        for (const way of [6, -6]) {
+          pen.moveTo(u - 6, v - way);
+          pen.lineTo(u + 6, v + way);
+        }
+        pen.stroke();
+      }
+    }
+    pen.restore();
+  }
+
+  drawAnswer(pen, width, height) {
+    if (!this.errors) return;
+    const box = [38, 22, width - 46, height - 62];
+    const limits = { x: [0, SECONDS], y: [-CENTIMETRES, CENTIMETRES], xlabel: "time [s]", ylabel: "error [cm] (green), target's velocity [cm/s]" }; // prettier-ignore
+    const { across, down } = axes(pen, box, limits);
+    pen.save();
+    pen.beginPath();
+    pen.rect(...box);
+    pen.clip();
+    for (const [values, color, thick] of [[this.speeds, GREY, 1.2], [this.errors, GREEN, 2]]) { // prettier-ignore
+      Object.assign(pen, { strokeStyle: color, lineWidth: thick });
+      pen.beginPath();
+      values.forEach((value, k) => {
+        const cut = Math.min(Math.max(value, -99), 99); // one that runs away is infinite
+        pen.lineTo(across(this.times[k]), down(cut));
+        pen.lineTo(across(this.times[k + 1] ?? SECONDS), down(cut));
+      });
+      pen.stroke();
+    }
+    pen.restore();
+  }
+
+  hands() {
+    const to = ([u, v]) => {
+      const { clientWidth, clientHeight } = this.plane.node;
+      const [left, top, width, height] = this.planeBox(clientWidth, clientHeight);
+      const re = REAL * ((2 * (u - left)) / width - 1);
+      const im = IMAGINARY * (1 - (2 * (v - top)) / height);
+      const away = this.ways.map((found) =>
+        Math.min(...found.map(([x, y]) => Math.hypot(x - re, y - im))),
+      );
+      const gain = this.gains[away.indexOf(Math.min(...away))];
+      this.controls.set({ gain }, true);
+    };
+    this.plane.dragged(to, to, () => this.controls.set({}));
+    const step = ([right, down]) => {
+      const { gain } = this.controls.values;
+      this.controls.set({ gain: gain + 0.05 * (right - down) });
+    };
+    this.plane.keyed(step);
+    this.answer.keyed(step);
+  }
+}
+
+export async function rootLocus(panel, name) {
+  const figure = new RootLocus(panel, name, await load("root_locus"));
+  figure.controls.show();
+  if (!figure.controls.read()) figure.follow();
+}

@@ -1,0 +1,147 @@
+// own.success, live: success curves, and the ranking at a limit that moves freely.
+
+import { linspace, success } from "./engine.js";
+import { axes, Canvas, Controls, el, load, number, takeOver } from "./page.js";
+
+const LIMITS = linspace(0, 1, 21); // of the curves, as in mkt.evaluation
+const ROW = 19; // [px]
+const DASHES = { "-": [], "--": [7, 4], "-.": [7, 3, 2, 3], ":": [2, 3] };
+
+class Success {
+  constructor(panel, name, { fields, trackers, runs }) {
+    Object.assign(this, { trackers, runs });
+    const free = { ...fields, limit: { ...fields.limit, low: 0, high: 1, step: 0.01 } };
+    this.controls = new Controls(name, free, () => this.follow());
+    this.curves = new Canvas("", 1, (...pen) => this.drawCurves(...pen));
+    const least = ROW * trackers.length + 50;
+    this.ranking = new Canvas("", 0, (...pen) => this.drawRanking(...pen), least);
+    this.said = el("p", { class: "mkt-note", role: "status" });
+    const hint = el("p", { class: "mkt-note" }, "Drag the limit on the curves, or move it with the arrow keys; point at a row to see its curve."); // prettier-ignore
+    const stage = el("div", { class: "mkt-stage mkt-pairs" }, this.curves.node, this.ranking.node); // prettier-ignore
+    const { node, note } = this.controls;
+    takeOver(panel, node, note, stage, this.said, hint, this.controls.copies());
+    this.hands();
+  }
+
+  follow() {
+    const { limit, scene, seed } = this.controls.values;
+    const { seen, frames } = this.runs[`${scene} ${seed}`];
+    const rows = this.trackers.map((tracker, k) => {
+      const curve = success(seen[k], LIMITS);
+      const [share] = success(seen[k], [limit]);
+      const area = curve.reduce((sum, each) => sum + each, 0) / curve.length;
+      return { ...tracker, curve, share, every: (share * seen[k].length) / frames, area };
+    });
+    this.rows = rows.sort((a, b) => b.share - a.share);
+    this.draw();
+  }
+
+  draw() {
+    const { limit } = this.controls.values;
+    const [first, second] = this.rows;
+    const percent = ({ share }) => `${(100 * share).toFixed(1)} %`;
+    this.said.textContent = `At T_lim = ${number(limit)}: first is ${first.label} with ${percent(first)} of the seen frames, then ${second.label} with ${percent(second)}.`; // prettier-ignore
+    const order = this.rows.map((row) => `${row.label} ${percent(row)}`).join(", ");
+    this.curves.node.setAttribute("aria-label", `Success curves of ${this.rows.length} trackers, the limit at ${number(limit)}`); // prettier-ignore
+    this.ranking.node.setAttribute("aria-label", `Ranking: ${order}`);
+    this.curves.redraw();
+    this.ranking.redraw();
+  }
+
+  curveBox(width, height) {
+    return [38, 22, width - 46, height - 62];
+  }
+
+  drawCurves(pen, width, height) {
+    if (!this.rows) return;
+    const box = this.curveBox(width, height);
+    const limits = { x: [0, 1], y: [0, 1], xlabel: "T_lim", ylabel: "share of the seen frames" };
+    const { across, down } = axes(pen, box, limits);
+    const ink = pen.strokeStyle;
+    for (const row of this.rows) {
+      const faint = this.pointed && this.pointed !== row.label;
+      this.style(pen, row, faint);
+      pen.beginPath();
+      row.curve.forEach((share, i) => pen.lineTo(across(LIMITS[i]), down(share)));
+      pen.stroke();
+    }
+    pen.globalAlpha = 1;
+    Object.assign(pen, { strokeStyle: ink, lineWidth: 1.5 });
+    pen.setLineDash([5, 4]);
+    const { limit } = this.controls.values;
+    pen.beginPath();
+    pen.moveTo(across(limit), box[1]);
+    pen.lineTo(across(limit), box[1] + box[3]);
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+
+  style(pen, { color, dashes }, faint) {
+    // Black lines are of the page's ink, to be seen by night too.
+    const ink = getComputedStyle(pen.canvas).color;
+    Object.assign(pen, { strokeStyle: color === "black" ? ink : color, lineWidth: 2 });
+    pen.globalAlpha = faint ? 0.15 : 1;
+    pen.setLineDash(DASHES[dashes]);
+  }
+
+  drawRanking(pen, width) {
+    if (!this.rows) return;
+    const ink = pen.fillStyle;
+    const left = Math.min(width * 0.52, 250);
+    const right = width - 44;
+    pen.textAlign = "right";
+    pen.fillText("true positives, of all frames hatched", right, 14);
+    pen.fillText("area", width - 4, 14);
+    this.rows.forEach((row, i) => {
+      const y = 28 + ROW * i;
+      this.style(pen, row, false);
+      pen.beginPath();
+      pen.moveTo(0, y + 4);
+      pen.lineTo(26, y + 4);
+      pen.stroke();
+      pen.setLineDash([]);
+      Object.assign(pen, { fillStyle: ink, textAlign: "left" });
+      pen.fillText(row.label, 32, y + 8, left - 38);
+      pen.fillStyle = pen.strokeStyle;
+      const long = (share) => (right - left) * share;
+      pen.fillRect(left, y - 3, long(row.share), ROW - 5);
+      pen.save();
+      pen.beginPath();
+      pen.rect(left, y - 3, long(row.every), ROW - 5);
+      pen.clip();
+      Object.assign(pen, { strokeStyle: "rgb(140 140 140 / 80%)", lineWidth: 1.5 });
+      pen.beginPath();
+      for (let x = left - ROW; x < right; x += 7) {
+        pen.moveTo(x, y + ROW);
+        pen.lineTo(x + ROW + 3, y - 3);
+      }
+      pen.stroke();
+      pen.restore();
+      Object.assign(pen, { fillStyle: ink, textAlign: "right" });
+      pen.fillText(row.area.toFixed(2), width - 4, y + 8);
+    });
+  }
+
+  hands() {
+    const to = ([u]) => {
+      const [left, , width] = this.curveBox(this.curves.node.clientWidth, 0);
+      this.controls.set({ limit: Math.round((100 * (u - left)) / width) / 100 }, true);
+    };
+    this.curves.dragged(to, to, () => this.controls.set({}));
+    this.curves.keyed(([right, down]) => {
+      const { limit } = this.controls.values;
+      this.controls.set({ limit: Math.round(100 * limit + right - down) / 100 });
+    });
+    this.ranking.hovered((point) => {
+      const row = point && this.rows?.[Math.floor((point[1] - 22) / ROW)];
+      this.pointed = row?.label ?? null;
+      this.curves.redraw();
+    });
+  }
+}
+
+export async function successCurves(panel, name) {
+  const figure = new Success(panel, name, await load("success"));
+  figure.controls.show();
+  if (!figure.controls.read()) figure.follow();
+}
