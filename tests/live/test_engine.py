@@ -433,8 +433,8 @@ def test_poles_from_those_of_a_near_gain(engine, gain, near, delay):
         "return [live.poles(data.loop), live.poles(data.loop, near)];",
         loop=loop,
     )
-    anew, near = (np.sort_complex(np.array(z) @ [1, 1j]) for z in (anew, near))
-    np.testing.assert_allclose(near, anew, atol=1e-6)
+    anew, near = (np.array(z) @ [1, 1j] for z in (anew, near))
+    assert np.abs(anew[:, None] - near).min(axis=1).max() < 1e-6
 
 
 BLURRED = """
