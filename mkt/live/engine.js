@@ -675,7 +675,9 @@ function roots(polynomial, start) {
     return [re + each, im];
   }, [0, 0]); // prettier-ignore
   const spread = (i) => [Math.cos(i + 0.4), Math.sin(i + 0.4)];
-  let found = start ?? Array.from({ length: polynomial.length - 1 }, (_, i) => spread(i));
+  // From the real axis alone no pair of complex roots is ever found.
+  const beside = ([re, im], i) => [re, im + 1e-3 * (i + 1)];
+  let found = start?.map(beside) ?? Array.from({ length: polynomial.length - 1 }, (_, i) => spread(i)); // prettier-ignore
   for (let round = 0, change = 1; round < 500 && change > 1e-11; round++) {
     change = 0;
     found = found.map((z, i) => {
