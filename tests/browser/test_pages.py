@@ -22,6 +22,7 @@ REFERENCE = [
     "symbols",
     "tasks",
     "track",
+    "after",
     "genindex",
     "search",
     "api/index",

@@ -398,6 +398,13 @@ def test_a_verdict_of_each_kind_has_its_sign_its_words_and_its_picture():
     assert "2026-01-02" in page and page.count("ours, or true whatever") == 1
 
 
+def test_the_last_page_ranks_all_trackers_on_real_video():
+    page = pages.after(leaderboard.shipped())
+    rows, _ = shipped.read_runs(shipped.BOBOT)
+    head, line, *ranked = [row for row in page.splitlines() if row.startswith("|")]
+    assert "overlap" in head and len(ranked) == rows["tracker"].nunique() > 10
+
+
 def test_names_of_folders_and_titles_are_shown_as_they_are():
     ugly = '<b>*a*</b> _b_ `c` | $d$ & "e" [f](g)'
     page = MarkdownIt().enable("table").render(pages.leaderboard([board(ugly)]))

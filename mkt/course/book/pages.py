@@ -235,6 +235,12 @@ def leaderboard(boards: Iterable[ranks.Board]) -> str:
     )
 
 
+def after(boards: Iterable[ranks.Board]) -> str:
+    """after.md: what came after these trackers, beside what real sequences say."""
+    real = [_ranked(board) for board in boards if board.case == "source"]
+    return _filled("after.md", boards=real, head=ranks.HEAD, legend=ranks.LEGEND)
+
+
 def _ranked(board: ranks.Board) -> dict[str, Any]:
     """What the page needs to know of a board."""
     places = ranks.ranking(board)

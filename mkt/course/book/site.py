@@ -68,12 +68,14 @@ def _pages(book: Book) -> dict[str, str]:
     """{path below the source folder: text} of what stands round the chapters."""
     measured, made = shipped.read_claims()
     results = [claims.judge(one) for one in measured]
+    boards = leaderboard.shipped()
     return {
         "conf.py": pages.configuration(book),
         "index.md": pages.first(book, [result.verdict for result in results]),
         "gallery.md": pages.gallery(book),
         "claims.md": pages.claims(results, made),
-        "leaderboard.md": pages.leaderboard(leaderboard.shipped()),
+        "leaderboard.md": pages.leaderboard(boards),
+        "after.md": pages.after(boards),
         "tasks.md": pages.tasks(),
         "track.md": pages.track(),
         "symbols.md": (NOTEBOOKS / "symbols.md").read_text(encoding="utf-8"),
