@@ -11,7 +11,8 @@ from mkt.course import book
 from mkt.course.book import contents, execute
 
 # A busy machine is no fault of the code: no test has a time limit for each example.
-settings.register_profile("patient", deadline=None)
+settings.register_profile("patient", deadline=None, max_examples=50)
+settings.register_profile("thorough", deadline=None, max_examples=500)
 settings.load_profile("patient")
 
 OF_THE_SITE = ("test_book.py", "test_pages.py", "test_live.py")
