@@ -83,6 +83,8 @@ SETTINGS = {
     "nb_execution_mode": "off",
     "nb_ipywidgets_js": {},
     "nb_render_markdown_format": "myst",
+    "nb_code_prompt_show": "What is imported",
+    "nb_code_prompt_hide": "What is imported",
     "myst_enable_extensions": ["dollarmath", "amsmath", "deflist"],
     "myst_heading_anchors": 3,
     # Their looks
