@@ -66,7 +66,7 @@ class Slide(NamedTuple):
 def slides(chapter: Chapter) -> list[Slide]:
     """The slides of a chapter, in the order of its cells."""
     cells = nbformat.read(chapter.notebook, 4).cells
-    opening = cells[0].source
+    opening = next(cell.source for cell in cells if cell.id == "opening")
     question = QUESTION.findall(opening)
     return [
         Slide("title", _heading(cells[0]), chapter.summary),

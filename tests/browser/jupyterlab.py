@@ -187,9 +187,19 @@ class Control:
 
         Waits at most `timeout` [s] for one that is another.
         """
+        return self._awaited(lambda now: now != other_than, timeout)
+
+    def picture_again(self, before, timeout=60):
+        """The fingerprint of the picture, once it is an earlier one again.
+
+        On its way back a slider may show others.  Waits at most `timeout` [s].
+        """
+        return self._awaited(lambda now: now == before, timeout)
+
+    def _awaited(self, is_there, timeout):
         end = time.monotonic() + timeout
         fingerprint = self._image.evaluate(HASH)
-        while fingerprint == other_than and time.monotonic() < end:
+        while not is_there(fingerprint) and time.monotonic() < end:
             self._image.page.wait_for_timeout(50)
             fingerprint = self._image.evaluate(HASH)
         return fingerprint
