@@ -411,7 +411,7 @@ def test_without_javascript_the_pictures_stay(site, browser):
     page.goto((site / f"{SURFACES}.html").as_uri())
     assert page.locator(".mkt-panel .mkt-shown img").first.is_visible()
     page.goto((site / f"{TRACK}.html").as_uri())
-    assert "mkt webcam" in page.locator("[data-live=track]").inner_text()
+    assert "chapter 3" in page.locator("[data-live=track]").inner_text()
     context.close()
 
 

@@ -3,6 +3,7 @@
 import sys
 from argparse import ArgumentTypeError
 from collections.abc import Callable
+from os.path import exists
 from pathlib import Path
 
 from mkt.course.commands import Commands, command
@@ -149,7 +150,8 @@ def check(args) -> str | None:
 
 def _is_camera(video: str) -> bool:
     """Whether a camera is meant: a number, or an address, and no file of that name."""
-    return (video.isdecimal() or "://" in video) and not Path(video).exists()
+    # Path.exists would raise for a name that no file can have.
+    return (video.isdecimal() or "://" in video) and not exists(video)  # noqa: PTH110
 
 
 def run(args) -> int | None:
