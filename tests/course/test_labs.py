@@ -8,13 +8,14 @@ import tomllib
 from pathlib import Path
 
 import nbformat
+import numpy as np
 import pytest
 
 from mkt.course.book import checks
 from mkt.course.labs import marks, notebooks
 from mkt.course.labs.judge import Judge, names_of_others
 from mkt.course.labs.notebooks import STUBS, name, of_role, points, released, role
-from mkt.course.labs.student import UNWRITTEN, Cell, Student
+from mkt.course.labs.student import UNWRITTEN, Cell, Function, Student
 
 LABS = notebooks.labs()
 each_lab = pytest.mark.parametrize("lab", LABS)
@@ -96,6 +97,17 @@ def _tried(lab, others):
 
 def lost(lab, failures):
     return [mark.check for mark in marks.marks(LABS[lab], failures) if mark.words]
+
+
+def test_random_numbers_are_drawn_from_the_judges_and_no_others_are_sent():
+    draw = "def draw(*rngs):\n    return sum(rng.random() for rng in rngs)"
+    with Student([Cell("draw", draw)], 60, boxed=False) as student:
+        drawn = Function(student, "draw", dict)
+        for seed in range(20):
+            rng, same = (np.random.default_rng(seed) for _ in range(2))
+            assert drawn(rng, rng) == same.random() + same.random()
+            assert rng.random() == same.random()
+            assert student.generators == [rng]
 
 
 # The labs

@@ -62,6 +62,7 @@ class Accused:
         self.say({"value": "ready"})
         deeds = {"run": self.run, "call": self.call, "get": self.get}
         while True:
+            self.generators.clear()
             try:
                 request = self.hear()
             except EOFError:

@@ -118,7 +118,7 @@ class Student:
         self.end = time.monotonic() + CELLS * limit
         self.deadline = self.end
         self.process: subprocess.Popen | None = None
-
+        self.generators: list[np.random.Generator] = []
         self.folder = tempfile.TemporaryDirectory(
             prefix="mkt-lab-", ignore_cleanup_errors=True
         )
@@ -152,7 +152,6 @@ class Student:
         )
         self.pipe: Any = self.process.stdin
         self.answers: queue.Queue[bytes | None] = queue.Queue(1)
-        self.generators: list[np.random.Generator] = []
         self.functions: list[Callable] = []
         collector = threading.Thread(
             target=_collect, args=(self.process.stdout, self.answers), daemon=True
@@ -196,6 +195,7 @@ class Student:
         left = self.deadline - time.monotonic()
         if left <= 0:
             raise TheirError(self.late())
+        self.generators = []  # of this request; earlier ones have told how far they are
         self.say(request | {"limit": left})
         while "back" in (answer := self.hear()):
             self.say(self.called_back(answer))
