@@ -9,13 +9,14 @@ from hypothesis import settings
 
 from mkt.course import book
 from mkt.course.book import contents, execute
+from tests.course import worked
 
 # A busy machine is no fault of the code: no test has a time limit for each example.
 settings.register_profile("patient", deadline=None, max_examples=50)
 settings.register_profile("thorough", deadline=None, max_examples=500)
 settings.load_profile("patient")
 
-OF_THE_SITE = ("test_book.py", "test_pages.py", "test_live.py")
+OF_THE_SITE = ("test_book.py", "test_pages.py", "test_live.py", "test_worked.py")
 # Their tests show figures, whose runs are known once the site is there.
 SHOWN_AGAIN = ("test_jupyterlab.py", "test_every_figure.py")
 
@@ -39,7 +40,7 @@ def pytest_collection_modifyitems(items):
 
     items.sort(key=turn)
     for item in items:
-        if {"site", "notebooks"} & set(item.fixturenames):
+        if "answered" in item.fixturenames:
             item.add_marker("slow")
 
 
@@ -64,14 +65,22 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 @pytest.fixture(scope="session")
-def notebooks():
-    """The executed chapters, {name: notebook}."""
+def answered(tmp_path_factory):
+    """The executed chapters with their worked answers, {name: notebook}."""
+    folder = tmp_path_factory.mktemp("answers")
+    with without_data():
+        return worked.executed(contents.read().chapters, folder)
+
+
+@pytest.fixture(scope="session")
+def notebooks(answered):
+    """The executed chapters as the book shows them, {name: notebook}."""
     with without_data():
         return execute.execute_all(contents.read().chapters)
 
 
 @pytest.fixture(scope="session")
-def site():
+def site(notebooks):
     """The folder of the whole book."""
     with without_data():
         folder = book.BUILD / "tests"

@@ -183,6 +183,12 @@ def test_every_cell_runs_with_the_last_right_answer_to_each_piece(lab):
 
 
 @each_lab
+def test_a_check_that_fails_says_its_sentence_without_a_traceback(lab):
+    first = next(cell for cell in released(LABS[lab]).cells if cell.cell_type == "code")
+    assert first.source.endswith("\n%xmode Minimal")
+
+
+@each_lab
 def test_every_lab_has_wrong_answers_and_right_ones_a_question_and_points(lab):
     assert len(wrong_answers(lab)) >= 3
     assert len(right_answers(lab)) >= 12

@@ -13,7 +13,6 @@ from mkt.papers.lessons import (  # noqa: F401, they enter what they draw into p
     drawings_of_looks,
     pencil,
 )
-from tests.conftest import without_data
 from tests.course import worked
 
 BOOK = contents.read()
@@ -48,15 +47,6 @@ def text(chapter):
     return nbformat.read(chapter.notebook, 4)
 
 
-@pytest.fixture(scope="session")
-def answered(tmp_path_factory):
-    """The chapters with their answers, executed."""
-    folder = tmp_path_factory.mktemp("answers")
-    with without_data():
-        return worked.executed([c for c in BOOK.chapters if c.name in HELD], folder)
-
-
-@pytest.mark.slow
 @chapters
 def test_answers_run_and_numbers_in_prose_are_held(chapter, answered, record_property):
     values = worked.values_of(worked.outputs(answered[chapter.name]))

@@ -7,11 +7,12 @@ from figures, are put out by a last cell, "numbers", which the page leaves out.
 """
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import nbformat
 
-from mkt.course.book import checks, execute
+from mkt.course.book import checks, depends, execute
 from mkt.course.book.contents import Chapter
 
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.M | re.S)
@@ -38,31 +39,37 @@ def answers(notebook: nbformat.NotebookNode) -> list[tuple[str, str]]:
 
 
 def with_answers(chapter: Chapter, folder: Path) -> Chapter:
-    """A chapter without its figures, and with its answers as cells at their places."""
+    """A chapter that goes on with its answers as cells, in a folder."""
     notebook = checks.strip(nbformat.read(chapter.notebook, 4))
-    shown = {cell.id for cell, _ in checks.figure_cells(notebook)}
-    cells = []
-    for cell in notebook.cells:
-        cells += [] if cell.id in shown else [cell]
-        blocks = BLOCK.findall(cell.source) if cell.cell_type == "markdown" else []
-        for k, block in enumerate(blocks):
-            cells.append(nbformat.v4.new_code_cell(block, id=f"{cell.id}-{k}"))
-    notebook.cells = cells
+    notebook.cells += [
+        nbformat.v4.new_code_cell(block, id=f"{cell}-{k}")
+        for k, (cell, block) in enumerate(answers(notebook))
+    ]
     path = folder / chapter.notebook.name
     nbformat.write(notebook, path)
-    return Chapter(path, chapter.title, chapter.summary, (), 3 * chapter.timeout)
+    return replace(chapter, notebook=path, timeout=3 * chapter.timeout)
 
 
 def executed(chapters: list[Chapter], folder: Path) -> dict:
-    """The chapters with their answers, executed."""
-    return execute.execute_all([with_answers(each, folder) for each in chapters])
+    """The chapters with their answers, executed.
+
+    What came out before the answers is the chapter alone, and is kept as that.
+    """
+    answered = execute.execute_all([with_answers(each, folder) for each in chapters])
+    for chapter in chapters:
+        alone = checks.strip(nbformat.read(chapter.notebook, 4))
+        key = depends.of_chapter(alone, execute.ARGUMENTS)
+        known = execute.with_outputs(alone, answered[chapter.name])
+        execute.CHAPTERS.put(key, known)
+    return answered
 
 
 def outputs(notebook: nbformat.NotebookNode) -> str:
-    """All that the cells of an executed notebook put out as text."""
+    """All that an executed notebook puts out as text, but for its figures."""
+    shown = {cell.id for cell, _ in checks.figure_cells(notebook)}
     texts = []
     for cell in checks.code_cells(notebook):
-        for output in cell.outputs:
+        for output in cell.outputs if cell.id not in shown else []:
             data = output.get("data", {})
             texts.append(output.get("text") or data.get("text/plain", ""))
     return "\n".join(texts)

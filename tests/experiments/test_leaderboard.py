@@ -1,13 +1,17 @@
 """The leaderboard: one protocol for all, means that add up, nothing run twice."""
 
 import csv
+import re
+from html import unescape
 
 import cv2
 import numpy as np
 import pandas as pd
 import pytest
+from markdown_it import MarkdownIt
 
 from mkt.course import cli
+from mkt.course.book import pages
 from mkt.experiments import leaderboard
 from mkt.experiments import sweep as sweeps
 from mkt.experiments.leaderboard import (
@@ -123,6 +127,24 @@ def test_what_is_broken_is_left_out_and_named(benchmarks):
     (board,), troubles = recorded(("ssd",), [0], processes=1)
     assert set(board.rows["source"]) == {"BoBoT/colored"}
     assert len(troubles) == 1 and "truth.txt, line 2" in troubles[0]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["<img src=x onerror=alert(1)>", "a|b", "*a* `b` $c$", "<!--<script>", "a\n# b"],
+)
+def test_the_name_of_a_sequences_folder_is_text_on_the_page(benchmarks, name):
+    """An archive from the network chooses it."""
+    plain = shown_on_the_page()
+    (benchmarks / "colored").rename(benchmarks / name)
+    page = shown_on_the_page()
+    assert re.findall("<[^>]*>", page) == re.findall("<[^>]*>", plain)
+    assert " ".join(name.split()) in unescape(page)
+
+
+def shown_on_the_page():
+    boards, _ = recorded(("ssd",), [0], processes=1)
+    return MarkdownIt().enable("table").render(pages.leaderboard(boards))
 
 
 def test_a_recorded_run_is_scored_as_a_synthetic_one(benchmarks):
