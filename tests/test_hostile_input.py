@@ -164,6 +164,7 @@ GOOD = {
     "--seed": ["1"],
     "-o": ["x.avi", "x.webm", "no/x.mkv"],
     "--settings": ["x.json"],
+    "--scale": ["0.5", "1e-9"],
 }
 LIST = st.lists(ANY_NUMBER, max_size=6).map(lambda row: ",".join(map(str, row)))
 # A line break that somebody typed stays one in the message.

@@ -24,10 +24,12 @@ from mkt.own_video.box import region_of
 from mkt.sequences import formats
 from mkt.sequences.video import IMAGES
 from mkt.trackers import by_name
+from mkt.trackers.scaled import Scaled
 from mkt.tracking import Tracker
 
 PACKAGES = ("mkt", "numpy", "scipy", "opencv-python-headless")
-WHOLE = {"first": 0, "last": None, "every": 1}  # where a file does not say
+# What of the video is looked at, where a file does not say.
+WHOLE = {"first": 0, "last": None, "every": 1, "scale": 1.0}
 AGAIN = "let `python3 -m mkt track` write it again"
 
 Numbers = dict[str, float]
@@ -63,6 +65,8 @@ class Settings:
     first, last, every : int, int or None, int
         Which frames, counted from 0: from the first to the last one, None for that of
         the video, and of those every so many-th.  The box is that of the first.
+    scale : float
+        Of the frames that the tracker sees, see `mkt.trackers.scaled`.
     """
 
     video: str
@@ -75,6 +79,7 @@ class Settings:
     first: int = 0
     last: int | None = None
     every: int = 1
+    scale: float = 1.0
 
     @property
     def part(self) -> tuple[int, int]:
@@ -88,11 +93,12 @@ class Settings:
 
     def identity(self) -> str:
         """What its frames and its start follow from, wherever the video lies."""
-        return f"{self.sha256} {self.box} {self.part} {self.last}"
+        return f"{self.sha256} {self.box} {self.part} {self.last} {self.scale}"
 
     def configured(self) -> Tracker:
-        """The tracker.  Raises ValueError as `with_numbers` does."""
-        return with_numbers(self.tracker, self.numbers)
+        """The tracker.  Raises ValueError as `with_numbers` and `Scaled` do."""
+        tracker = with_numbers(self.tracker, self.numbers)
+        return tracker if self.scale == 1 else Scaled(tracker, self.scale)
 
     def sequence(self) -> tracking.Sequence:
         """The video as a `Sequence`, its first true region the box.
@@ -140,14 +146,14 @@ def settled(
     tracker: str = "guided",
     numbers: Mapping[str, float] | None = None,
     seed: int = 0,
-    **part: int | None,
+    **part: Any,
 ) -> Settings:
     """Settings with the fingerprint of the video and all numbers of the tracker.
 
     Parameters
     ----------
     video, box, tracker, seed
-        See `Settings`; first, last and every too.
+        See `Settings`; first, last, every and scale too.
     numbers : dict, optional
         Those that differ from the tracker's own.
 
@@ -257,6 +263,10 @@ def _is_step(value: Any) -> bool:
     return type(value) is int and value >= 1
 
 
+def _is_share(value: Any) -> bool:
+    return _finite(value) and 0 < value <= 1
+
+
 def _is_end(value: Any) -> bool:
     return value is None or _is_seed(value)
 
@@ -276,6 +286,7 @@ _POSSIBLE = {
     "first": _is_seed,
     "last": _is_end,
     "every": _is_step,
+    "scale": _is_share,
 }
 
 

@@ -469,11 +469,31 @@ def test_frames_that_are_not_there_are_refused(words, said, file, box, tmp_path)
     assert not [*tmp_path.iterdir()]
 
 
+def test_on_smaller_frames_the_table_stays_in_pixels_of_the_video(
+    file, box, clip, tmp_path
+):
+    words = ("--tracker", "ssd", "--scale", 0.5, "-o", tmp_path / "a.csv")
+    run(file, "--box", box, *words)
+    rows = table(tmp_path / "a.csv")
+    assert overlap(regions_in(rows), clip.truth).min() > 0.7
+    run("--settings", tmp_path / "a.json", "-o", tmp_path / "b.csv")
+    assert table(tmp_path / "b.csv") == rows
+    run(file, "--box", box, "--tracker", "ssd", "-o", tmp_path / "c.csv")
+    assert table(tmp_path / "c.csv") != rows
+
+
+@pytest.mark.parametrize("scale", ["0", "1.5", "nan", "half"])
+def test_no_other_scale_is_taken(scale, file, box, capsys):
+    with pytest.raises(SystemExit):
+        run(file, "--box", box, "--scale", scale)
+    assert f"{scale} is no number above 0, up to 1" in capsys.readouterr().err
+
+
 def test_settings_of_before_there_were_parts_are_of_the_whole(file, box, tmp_path):
     run(file, "--box", box, "--tracker", "ssd", "-o", tmp_path / "a.csv")
     path = tmp_path / "a.json"
     values = json.loads(path.read_text())
-    for name in ("first", "last", "every"):
+    for name in ("first", "last", "every", "scale"):
         del values[name]
     path.write_text(json.dumps(values))
     run("--settings", path, "-o", tmp_path / "b.csv")

@@ -5,12 +5,14 @@ from argparse import ArgumentTypeError
 from collections.abc import Callable
 from os.path import exists
 from pathlib import Path
+from typing import Any
 
 from mkt.course.commands import Commands, command
 
 TRACKER = "guided"
 INTERRUPTED = 130  # what shells expect of a program stopped by Ctrl-C
 ASKED = 2  # the box is still to be read off
+PART = ("first", "last", "every", "scale")  # what of the video is looked at
 CAMERA = (
     "{}: track reads files, not cameras; `live` in RESEARCH.md follows a camera while "
     "it runs, and the panel of chapter 3 records one"
@@ -97,6 +99,14 @@ def _add_files(add_argument: Callable) -> None:
         help="take every N-th frame alone",
     )
     add_argument(
+        "--scale",
+        type=_share,
+        default=1.0,
+        metavar="S",
+        help="let the tracker see frames shrunk by S, above 0 up to 1 (1); boxes and "
+        "table stay in pixels of the video",
+    )
+    add_argument(
         "--settings",
         type=Path,
         metavar="FILE",
@@ -113,6 +123,17 @@ def _add_files(add_argument: Callable) -> None:
         "none: .csv, or .txt with MOT's rows.  VIDEO-NAME.webm by default, with a "
         "number behind it where that is taken",
     )
+
+
+def _share(text: str) -> float:
+    """A number above 0, up to 1."""
+    try:
+        share = float(text)
+    except ValueError:
+        share = 0.0
+    if not 0 < share <= 1:
+        raise ArgumentTypeError(f"{text} is no number above 0, up to 1")
+    return share
 
 
 def _whole(least: int) -> Callable[[str], int]:
@@ -139,11 +160,11 @@ def check(args) -> str | None:
         return "track follows one object; RESEARCH.md has ten lines for several"
     # A file is not believed where code is to be run: the class must be said again.
     known = args.tracker == TRACKER or ":" in args.tracker
-    said = args.box, args.particles, args.seed, args.first, args.last, args.every
-    if args.settings and not (known and said == (None, None, 0, 0, None, 1)):
+    said = args.box, args.particles, args.seed, *_part(args).values()
+    if args.settings and not (known and said == (None, None, 0, 0, None, 1, 1.0)):
         return (
-            "--settings says box, tracker, particles, seed and frames; leave these "
-            "out, or change them in a copy of the file"
+            "--settings says box, tracker, particles, seed, frames and scale; leave "
+            "these out, or change them in a copy of the file"
         )
     return None
 
@@ -184,9 +205,8 @@ def _track(args) -> int | None:
         chosen = settings.load(args.settings, args.video)
     else:
         box, numbers = parse_box(args.box[0]), _particles(args)
-        part = {"first": args.first, "last": args.last, "every": args.every}
         chosen = settings.settled(
-            args.video, box, args.tracker, numbers, args.seed, **part
+            args.video, box, args.tracker, numbers, args.seed, **_part(args)
         )
     output = _output(args, chosen.video)
     clip, tracker, name = chosen.sequence(), chosen.configured(), chosen.tracker
@@ -205,6 +225,11 @@ def _track(args) -> int | None:
         file=sys.stderr,
     )
     return INTERRUPTED
+
+
+def _part(args) -> dict[str, Any]:
+    """What of the video is tracked."""
+    return {name: getattr(args, name) for name in PART}
 
 
 def _particles(args) -> dict[str, float]:

@@ -1,0 +1,86 @@
+"""Any tracker on smaller frames: less work for frames that show more than it needs.
+
+The frames are shrunk before the tracker sees them, and what it says is given in pixels
+of the frames as they are.  A position x in a frame, counted from the middle of its
+first pixel, is at s (x + 1/2) - 1/2 in one that is shrunk by s.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+
+from mkt.checks import checked_frame
+from mkt.regions import CX, CY, HX, HY
+from mkt.tracking import Info, Tracker
+from mkt.types import Array, Frame, Region, Regions, Rng
+
+LENGTHS = [CX, CY, HX, HY]
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """A tracker on frames of another scale; it answers in pixels of the frames given.
+
+    Parameters
+    ----------
+    tracker : Tracker
+    scale : float
+        Above 0, up to 1: of the length of a side.
+
+    Raises
+    ------
+    ValueError
+        For another scale.
+    """
+
+    tracker: Tracker
+    scale: float
+
+    def __post_init__(self):
+        if not 0 < self.scale <= 1:
+            raise ValueError(f"scale is {self.scale:g}; it must be above 0, up to 1")
+
+    def init(self, frame: Frame, region: Region, rng: Rng) -> Any:
+        """Show the shrunk frame to the tracker; raises what that raises."""
+        return self.tracker.init(self._shrunk(frame), rescaled(region, self.scale), rng)
+
+    def step(self, state: Any, frame: Frame, rng: Rng) -> tuple[Any, Info]:
+        """What the tracker finds in the shrunk frame, in pixels of the whole one."""
+        state, info = self.tracker.step(state, self._shrunk(frame), rng)
+        grown = {
+            name: rescaled(info[name], 1 / self.scale)
+            for name in ("region", "particles")
+            if name in info
+        }
+        if "covariance" in info:
+            units = np.ones(5)
+            units[LENGTHS] = self.scale
+            grown["covariance"] = info["covariance"] / np.outer(units, units)
+        return state, info | grown
+
+    def _shrunk(self, frame: Frame) -> Frame:
+        size, scale = None, self.scale
+        return cv2.resize(
+            checked_frame(frame), size, fx=scale, fy=scale, interpolation=cv2.INTER_AREA
+        )
+
+
+def rescaled(regions: Regions, scale: float) -> Array:
+    """Regions of a frame, in a frame that is larger by a factor.
+
+    Parameters
+    ----------
+    regions : (..., 5) array [px, rad]
+    scale : float
+
+    Returns
+    -------
+    (..., 5) array [px, rad]
+    """
+    changed = np.array(regions, float)
+    changed[..., [CX, CY]] += 0.5
+    changed[..., LENGTHS] *= scale
+    changed[..., [CX, CY]] -= 0.5
+    return changed

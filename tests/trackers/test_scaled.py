@@ -1,0 +1,54 @@
+"""A tracker on smaller frames finds the same thing in the pixels of the whole ones."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mkt import SCENES, SSD, ParticleFilter, evaluate, track
+from mkt.regions import CX, CY
+from mkt.trackers.scaled import Scaled, rescaled
+from tests import strategies
+
+
+@given(region=strategies.regions(), scale=st.floats(0.05, 1))
+def test_a_region_comes_back(region, scale):
+    back = rescaled(rescaled(region, scale), 1 / scale)
+    assert np.allclose(back, region, rtol=1e-12, atol=1e-9)
+
+
+def test_what_is_in_a_region_is_in_the_region_of_the_shrunk_frame():
+    """A white square, drawn twice as small by OpenCV itself."""
+    frame = np.zeros((40, 60), np.uint8)
+    frame[10:18, 20:32] = 255
+    region = np.array([25.5, 13.5, 0, 6, 4])
+    small = cv2.resize(frame, (30, 20), interpolation=cv2.INTER_AREA)
+    y, x = np.nonzero(small)
+    middle = rescaled(region, 0.5)[[CX, CY]]
+    assert np.allclose(middle, [x.mean(), y.mean()])
+
+
+def test_at_scale_one_nothing_changes():
+    clip = SCENES["base"](0).sequence()
+    plain = track(ParticleFilter(n=50), clip, seed=1)
+    scaled = track(Scaled(ParticleFilter(n=50), 1.0), clip, seed=1)
+    assert np.allclose(scaled.regions, plain.regions, atol=1e-9)
+
+
+def test_the_whole_answer_is_in_pixels_of_the_frame():
+    clip = SCENES["base"](0).sequence()
+    tracker = Scaled(ParticleFilter(n=200), 0.5)
+    found = track(tracker, clip, seed=1, keep=["particles", "weights"])
+    assert evaluate(found, clip)["overlap"] > 0.7
+    for k in (1, -1):
+        particles, weights = found.info["particles"][k], found.info["weights"][k]
+        off = (particles - found.regions[k])[:, :2]
+        spread = found.info["covariance"][k][:2, :2]
+        assert np.allclose((weights * off.T) @ off, spread, rtol=1e-6)
+
+
+@pytest.mark.parametrize("scale", [0, -1, 1.01, np.nan])
+def test_another_scale_is_refused(scale):
+    with pytest.raises(ValueError, match="scale is"):
+        Scaled(SSD(), scale)
