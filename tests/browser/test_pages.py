@@ -23,6 +23,7 @@ REFERENCE = [
     "tasks",
     "track",
     "after",
+    "handout/lab_3_particle_filter",
     "genindex",
     "search",
     "api/index",

@@ -24,6 +24,7 @@ from mkt.course.book import (
     pictures,
 )
 from mkt.course.book.site import prepare, write
+from mkt.course.labs.notebooks import labs
 from mkt.experiments import claims, leaderboard, shipped
 from mkt.experiments.claims_as_text import measured
 from mkt.figures.registry import FIGURES
@@ -582,6 +583,16 @@ def test_the_leaderboard_says_who_which_data_and_how_many_runs(site, pages_of):
             by_name.LABELS[last.name], start
         )
     assert "leaderboard.html" in pages_of[site / "index.html"].links
+
+
+def test_every_lab_is_a_page_without_solutions_to_which_a_chapter_leads(site, pages_of):
+    chapters = [pages_of[site / f"{chapter.name}.html"] for chapter in BOOK.chapters]
+    for name in labs():
+        page = site / "handout" / f"{name}.html"
+        text = unescape(re.sub("<[^>]*>", "", page.read_text(encoding="utf-8")))
+        assert "# YOUR CODE HERE" in text
+        assert "HIDDEN TESTS" not in text and "teacher's version" not in text
+        assert any(f"handout/{name}.html" in chapter.links for chapter in chapters)
 
 
 def test_every_module_has_its_page(site):

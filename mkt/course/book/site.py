@@ -17,6 +17,7 @@ from nbformat import NotebookNode
 from mkt.course.book import lighter, live, pages, pictures, security
 from mkt.course.book.checks import figure_cells, tree
 from mkt.course.book.contents import NOTEBOOKS, Book, BookError
+from mkt.course.labs.notebooks import HANDOUT, labs, released
 from mkt.experiments import claims, leaderboard, shipped
 from mkt.figures.static_panel import FILES, SCRIPT
 from mkt.files import named
@@ -55,7 +56,7 @@ def make(
         When there is no room.
     """
     source = folder / "source"
-    texts = _pages(book) | _scripts() | _reference() | _chapters(notebooks)
+    texts = _pages(book) | _scripts() | _reference() | _chapters(notebooks) | _labs()
     files = {name: text.encode() for name, text in texts.items()}
     drawn = {f"{FILES}/{name}": content for name, content in pictures.drawn().items()}
     drawn[f"_static/{pages.FILM.name}"] = pages.FILM.read_bytes()
@@ -102,6 +103,14 @@ def _chapters(notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
     return {
         f"{name}.ipynb": nbformat.writes(prepare(notebook))
         for name, notebook in notebooks.items()
+    }
+
+
+def _labs() -> dict[str, str]:
+    """The same of the labs as students get them, where chapters look for them."""
+    return {
+        f"{HANDOUT.name}/{name}.ipynb": nbformat.writes(released(lab))
+        for name, lab in labs().items()
     }
 
 
