@@ -30,7 +30,7 @@ from mkt.colors import BinImage, Bins, ColorBins
 from mkt.histograms import Target, coefficient, distance, learn, sample, turned
 from mkt.homographies import angles
 from mkt.kernels import Kernels
-from mkt.regions import HX, HY, THETA
+from mkt.regions import THETA
 from mkt.tracking import Info, report
 from mkt.types import Array, Frame, NDArray, Region, Rng
 
@@ -196,12 +196,12 @@ class Prior(NamedTuple):
 
     def off(self, regions: Array) -> Array:
         """The offsets x - x* of regions (..., 5), in their own frames: (..., 4)."""
-        cx, cy, theta, hx, hy = self.region
-        dx, dy = np.moveaxis(regions[..., :2] - (cx, cy), -1, 0) / sqrt(hx * hy)
-        s, c = np.sin(regions[..., THETA]), np.cos(regions[..., THETA])
-        growth = 0.5 * np.log(regions[..., HX] * regions[..., HY] / (hx * hy))
-        turn = regions[..., THETA] - theta
-        return np.stack([c * dx + s * dy, c * dy - s * dx, turn, growth], -1)
+        cx, cy, theta, hx, hy = self.region.tolist()
+        x, y, angle, wide, high = regions.T
+        dx, dy = (x - cx) / sqrt(hx * hy), (y - cy) / sqrt(hx * hy)
+        s, c = np.sin(angle), np.cos(angle)
+        growth = 0.5 * np.log(wide * high / (hx * hy))
+        return np.array([c * dx + s * dy, c * dy - s * dx, angle - theta, growth]).T
 
     def cost(self, regions: Array) -> Array:
         """The term itself at regions (..., 5), without what must not change: (...)."""
@@ -248,7 +248,8 @@ def newton_step(
     if pull is not None:
         known = np.isfinite(pull[0])
         weights = np.where(known, pull[0], 0)
-        normal = normal * np.outer(known, known) + np.diag(4 * weights)
+        normal *= known & known[:, None]
+        normal.flat[:: len(known) + 1] += 4 * weights
         slope = slope * known + 2 * weights * pull[1]
     curvature, directions = np.linalg.eigh(normal)
     flat = np.searchsorted(curvature, FLAT * curvature[-1], side="right")
