@@ -175,7 +175,7 @@ def _card(entry: Entry, chapter: Chapter) -> dict[str, str]:
         "chapter": chapter.title,
         "page": f"{chapter.name}.html",
         "anchor": anchor(entry.name),
-        "picture": f"{FILES}/{entry.name}.webp",
+        "picture": f"{FILES}/{entry.name}.avif",
         "source": source_page(entry.function),
     }
 
