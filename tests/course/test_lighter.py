@@ -17,6 +17,8 @@ def test_films_and_pictures_become_files_and_drawings_smaller(tmp_path):
     (tmp_path / "_images").mkdir()
     cv2.imwrite(str(tmp_path / "_images" / "ab12.png"), lines)
     inside = f"data:video/webm;base64,{base64.b64encode(film).decode()}"
+    drawn = b"<svg>" + b" " * 3000 + b"</svg>"
+    lines_inside = f"data:image/svg+xml;base64,{base64.b64encode(drawn).decode()}"
     small = "data:image/webp;base64,AAAA"
     photograph = cv2.GaussianBlur(
         rng.integers(0, 256, (80, 90, 3), np.uint8), (9, 9), 0
@@ -26,14 +28,19 @@ def test_films_and_pictures_become_files_and_drawings_smaller(tmp_path):
     (tmp_path / "api").mkdir()
     for name in ("one.html", "api/two.html"):
         text = f'<video src="{inside}"><img src="{small}"><img src="_images/ab12.png">'
-        text += f'<img src="_images/cd34.png"><pre>{code}</pre>'
+        text += (
+            f'<img src="{lines_inside}"><img src="_images/cd34.png"><pre>{code}</pre>'
+        )
         (tmp_path / name).write_text(text)
     lighten(tmp_path)
-    (kept,) = (tmp_path / "_static" / "data").iterdir()
+    (kept,) = (tmp_path / "_static" / "data").glob("*.webm")
+    (vector,) = (tmp_path / "_static" / "data").glob("*.svg")
+    assert vector.read_bytes() == drawn
     assert kept.read_bytes() == film and kept.suffix == ".webm"
     one, two = ((tmp_path / name).read_text() for name in ("one.html", "api/two.html"))
     assert f'<video src="_static/data/{kept.name}">' in one
     assert f'<video src="../_static/data/{kept.name}">' in two
+    assert f'<img src="_static/data/{vector.name}">' in one
     assert small in one and '<img src="_images/ab12.webp">' in one
     assert '<img src="_images/cd34.avif">' in one
     assert '<pre>x(<span class="mi">1</span></pre>' in one

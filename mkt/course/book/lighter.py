@@ -16,7 +16,8 @@ from PIL import Image, ImageSequence
 
 FOLDER = "_static/data"
 INSIDE = re.compile(
-    r"data:(?:image|video)/(avif|webp|webm);base64,([A-Za-z0-9+/=]{2000,})"
+    r"data:(?:image|video)/(avif|svg|webp|webm)(?:\+xml)?;base64,"
+    r"([A-Za-z0-9+/=]{2000,})"
 )
 DRAWINGS = "_images"  # of cells, as Sphinx lays them out
 DRAWING = re.compile(rf"({DRAWINGS}/(\w+))\.png")

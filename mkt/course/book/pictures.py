@@ -15,12 +15,11 @@ from tqdm import tqdm
 
 from mkt.course.book import depends
 from mkt.experiments.cache import Shelf
-from mkt.figures import export
+from mkt.figures import export, light_pdf
 from mkt.figures.registry import FIGURES
 from mkt.figures.static_panel import AVIF, encoded
 
 THUMBNAIL_DPI = 100
-LARGEST_PDF = 500_000  # [bytes]
 # What is drawn of each figure, by the ending of the file.
 DRAWN = {
     ending: Shelf("pictures", ending, bytes, bytes)
@@ -33,7 +32,7 @@ def drawn() -> dict[str, bytes]:
 
     Those that are not known are drawn, on all cores.
     """
-    how = THUMBNAIL_DPI, AVIF, LARGEST_PDF
+    how = THUMBNAIL_DPI, AVIF, light_pdf.QUALITY
     keys = {name: depends.of_picture(entry, how) for name, entry in FIGURES.items()}
     known = {name: _kept(key) for name, key in keys.items()}
     missing = [name for name, files in known.items() if files is None]
@@ -75,6 +74,6 @@ def _draw(name: str) -> tuple[str, dict[str, bytes]]:
     with TemporaryDirectory() as folder:
         for ending in (".pdf", ".csv"):
             path = Path(folder, f"figure{ending}")
-            export.save(fig, shown, path, export.facts(entry, {}), LARGEST_PDF)
+            export.save(fig, shown, path, export.facts(entry, {}), light=True)
             files[ending] = path.read_bytes()
     return name, files
