@@ -583,9 +583,21 @@ def test_a_box_is_drawn_with_keys_alone(opened):
     page.get_by_role("button", name="Play the book's clip").press("Enter")
     page.get_by_text("A box is drawn already").wait_for()
     stage = page.locator("canvas").first
-    for key in ("ArrowLeft", "ArrowUp", "Shift+ArrowRight", "Enter"):
-        stage.press(key)
+    for keys in (["ArrowLeft"] * 9, ["ArrowUp"] * 9, ["Shift+ArrowRight"] * 3):
+        before = drawn_on(stage)
+        page.wait_for_timeout(200)
+        assert drawn_on(stage) == before  # it stands still by itself
+        for key in keys:
+            stage.press(key)
+        page.wait_for_timeout(200)
+        assert drawn_on(stage) != before
+    stage.press("Enter")
     page.get_by_text("frames a second").wait_for()
+
+
+def drawn_on(canvas):
+    """What stands on a canvas."""
+    return canvas.evaluate("canvas => canvas.toDataURL()")
 
 
 CHAPTERS = [HISTOGRAMS, SURFACES, NEWTON, BEATS, LOOP, SUCCESS]
