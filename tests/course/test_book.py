@@ -506,7 +506,7 @@ def test_the_site_is_light_and_so_is_every_pdf(site):
         for path in site.rglob("*")
         if path.is_file()
     }
-    assert sum(sizes.values()) < 60e6
+    assert sum(sizes.values()) < 42e6
     assert {
         str(path): size
         for path, size in sizes.items()
@@ -534,6 +534,14 @@ def test_under_every_figure_are_its_pdf_and_its_table(site, pages_of):
         links = set(pages_of[site / f"{chapter.name}.html"].links)
         for name in chapter.figures:
             assert {f"{FILES}/{name}.pdf", f"{FILES}/{name}.csv"} <= links
+
+
+def test_every_chapter_hands_out_its_notebook_without_outputs(site, pages_of):
+    for chapter in BOOK.chapters:
+        address = f"{pages.NOTEBOOKS}/{chapter.name}.ipynb"
+        assert address in pages_of[site / f"{chapter.name}.html"].links
+        notebook = nbformat.read(site / address, 4)
+        assert notebook.cells == checks.strip(nbformat.read(chapter.notebook, 4)).cells
 
 
 def test_gallery_leads_to_every_figure_its_chapter_and_its_source(site, pages_of):
