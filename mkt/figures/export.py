@@ -19,6 +19,7 @@ from PIL import Image
 from tqdm import tqdm
 
 import mkt
+from mkt.figures import light_pdf
 from mkt.figures.registry import Entry, Shown
 from mkt.files import new_file, whole
 from mkt.plotting import in_style
@@ -31,7 +32,7 @@ KEYS = {  # what each format calls the four facts
     ".csv": ("Title", "Parameters", "Versions", "Data"),
 }
 UNDATED = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
-SHARP_DPI, LIGHT_DPI = 200, 150
+SHARP_DPI = 200
 MOVING = ".gif"  # of a figure with a slider `frame`
 MOVING_DPI, MOVING_MS, COLORS = 56, 120, 32
 PLACES = "%.6g"  # of the numbers in a table
@@ -153,7 +154,7 @@ def facts(entry: Entry, parameters: Mapping[str, Any]) -> Facts:
 
 
 def save(
-    fig: Figure, shown: Shown, path: Path, facts: Facts, largest: float = np.inf
+    fig: Figure, shown: Shown, path: Path, facts: Facts, light: bool = False
 ) -> None:
     """Write a drawn figure, or what it shows, into a file.
 
@@ -163,8 +164,8 @@ def save(
     shown : Shown
     path : Path
     facts : Facts
-    largest : float [bytes]
-        A larger PDF becomes one picture.
+    light : bool
+        Whether a PDF has its photographs as JPEG.
     """
     ending = path.suffix.lower()
     named = dict(zip(KEYS[ending], facts, strict=True))
@@ -177,20 +178,10 @@ def save(
     with in_style(), matplotlib.rc_context({"svg.hashsalt": "mkt"}):
         metadata = named | UNDATED.get(ending, {})
         fig.savefig(picture, format=ending[1:], metadata=metadata)
-    path.write_bytes(picture.getvalue())
-    if ending == ".pdf" and path.stat().st_size > largest:
-        _save_light(fig, path, named)
-
-
-def _save_light(fig: Figure, path: Path, named: Mapping[str, str]) -> None:
-    """A PDF of one JPEG, which matplotlib does not write: a tenth for film strips."""
-    sharp = io.BytesIO()
-    with in_style():
-        fig.savefig(sharp, dpi=LIGHT_DPI, format="png")
-    words = {name.lower(): text for name, text in named.items()}
-    undated = {"creationDate": None, "modDate": None}
-    picture = Image.open(sharp).convert("RGB")
-    picture.save(path, resolution=LIGHT_DPI, quality=85, **words, **undated)
+    content = picture.getvalue()
+    if light and ending == ".pdf":
+        content = light_pdf.lighter(content)
+    path.write_bytes(content)
 
 
 def as_csv(shown: Shown, named: Mapping[str, str]) -> str:

@@ -70,7 +70,7 @@ function begin(panel) {
       link.download = `${name}.png`;
     } catch {
       link.href = image.src; // a page on a disk may not read a file beside it
-      link.download = `${name}.webp`;
+      link.download = `${name}.avif`;
     }
     link.click();
   };

@@ -32,6 +32,7 @@ HISTOGRAMS, SURFACES = "01_color_histograms", "02_cost_surfaces"
 NEWTON, BEATS = "04_multiple_kernel_ssd", "05_particle_filter"
 LOOP, SUCCESS, TRACK = "08_closing_the_loop", "14_fair_benchmark", "track"
 LIVE = {name: entry for name, entry in FIGURES.items() if entry.live}
+BOX = (0xE4, 0x9C, 0x00)  # of mkt/live/camera.js
 CLOSE = 6e-4  # pages say three places
 NUMBERS = re.compile(r"distance ([\d.]+) for one kernel, ([\d.]+) for")
 
@@ -583,9 +584,38 @@ def test_a_box_is_drawn_with_keys_alone(opened):
     page.get_by_role("button", name="Play the book's clip").press("Enter")
     page.get_by_text("A box is drawn already").wait_for()
     stage = page.locator("canvas").first
-    for key in ("ArrowLeft", "ArrowUp", "Shift+ArrowRight", "Enter"):
-        stage.press(key)
+    for key, side, sign in [
+        ("ArrowLeft", "left", -1),
+        ("ArrowUp", "top", -1),
+        ("Shift+ArrowRight", "right", 1),
+    ]:
+        before = box_on(stage)
+        for _ in range(9):
+            stage.press(key)
+        page.wait_for_timeout(200)
+        assert sign * (box_on(stage)[side] - before[side]) > 5
+    stage.press("Enter")
     page.get_by_text("frames a second").wait_for()
+
+
+def box_on(canvas):
+    """The sides [px] of the orange box on a canvas, below which the clip plays."""
+    return canvas.evaluate(
+        """(canvas, [r, g, b]) => {
+      const { width, height } = canvas;
+      const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+      const box = { left: width, top: height, right: 0 };
+      for (let p = 0; p < data.length; p += 4) {
+        if (data[p] !== r || data[p + 1] !== g || data[p + 2] !== b) continue;
+        const column = (p / 4) % width;
+        box.left = Math.min(box.left, column);
+        box.right = Math.max(box.right, column);
+        box.top = Math.min(box.top, Math.floor(p / 4 / width));
+      }
+      return box;
+    }""",
+        BOX,
+    )
 
 
 CHAPTERS = [HISTOGRAMS, SURFACES, NEWTON, BEATS, LOOP, SUCCESS]

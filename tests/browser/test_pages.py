@@ -33,6 +33,7 @@ REFERENCE = [
 NARROW = {"width": 380, "height": 800}
 WIDE = {"width": 1400, "height": 1000}
 SCHEMES = "light", "dark"
+LETTERS = 0.9  # of a drawing's own size: those of 9 pt are then 9 px
 LOCAL = "file:", "data:", "blob:"
 AXE = Axe()
 
@@ -120,6 +121,23 @@ def test_a_picture_is_there_before_one_scrolls(chapter, size):
     box = first.bounding_box()
     top = chapter.page.evaluate("scrollY")
     assert box["height"] > 60 and top + box["y"] + box["height"] <= 800
+
+
+def test_letters_of_a_drawing_are_no_smaller_on_a_telephone(chapter):
+    chapter.page.set_viewport_size(NARROW)
+    drawing = chapter.page.locator(".mkt-scroll > img").first
+    assert drawing.bounding_box()["width"] >= LETTERS * 720
+
+
+def test_a_button_copies_the_code_of_a_cell(chapter):
+    chapter.page.set_viewport_size(WIDE)
+    chapter.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    block = chapter.page.locator(".cell_input .highlight:visible").first
+    block.hover()
+    block.get_by_role("button", name="copy").click()
+    block.get_by_text("copied").wait_for()
+    copied = chapter.page.evaluate("navigator.clipboard.readText()")
+    assert copied == block.locator("pre").inner_text() and copied.strip()
 
 
 def test_the_page_lacks_nothing_and_asks_nothing_of_a_network(opened):

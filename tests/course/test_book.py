@@ -507,7 +507,7 @@ def test_the_site_is_light_and_so_is_every_pdf(site):
         for path in site.rglob("*")
         if path.is_file()
     }
-    assert sum(sizes.values()) < 60e6
+    assert sum(sizes.values()) < 42e6
     assert {
         str(path): size
         for path, size in sizes.items()
@@ -537,13 +537,21 @@ def test_under_every_figure_are_its_pdf_and_its_table(site, pages_of):
             assert {f"{FILES}/{name}.pdf", f"{FILES}/{name}.csv"} <= links
 
 
+def test_every_chapter_hands_out_its_notebook_without_outputs(site, pages_of):
+    for chapter in BOOK.chapters:
+        address = f"{pages.NOTEBOOKS}/{chapter.name}.ipynb"
+        assert address in pages_of[site / f"{chapter.name}.html"].links
+        notebook = nbformat.read(site / address, 4)
+        assert notebook.cells == checks.strip(nbformat.read(chapter.notebook, 4)).cells
+
+
 def test_gallery_leads_to_every_figure_its_chapter_and_its_source(site, pages_of):
     gallery = pages_of[site / "gallery.html"]
     for chapter in BOOK.chapters:
         for name in chapter.figures:
             assert f"{chapter.name}.html#{pages.anchor(name)}" in gallery.links
             assert pages.source_page(FIGURES[name].function) in gallery.links
-            assert f"{FILES}/{name}.webp" in gallery.loads
+            assert f"{FILES}/{name}.avif" in gallery.loads
 
 
 def test_every_claim_is_on_its_page_with_sentence_and_verdict_in_words(site, pages_of):
@@ -622,6 +630,12 @@ def test_every_formula_is_drawn():
     ]
     assert formulas
     assert all(math_svg.svg(tex).startswith("<svg") for tex in formulas)
+
+
+def test_a_path_is_told_in_fewer_letters_and_goes_the_same_way():
+    path = "M 4.608 -12.69 L 5 -12 Q 0.5 1 -0.5 0.001 Z M 10 100 C 1 2 3 4 20 0.5 Z"
+    shorter = "m4.61-12.69l.39 .69q-4.5 13-5.5 12zm5.39 112.69c-9-98-7-96 10-99.5z"
+    assert math_svg.shorter(path) == shorter
 
 
 def test_reprs_of_drawing_calls_are_not_on_the_page(site):

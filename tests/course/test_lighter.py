@@ -4,6 +4,7 @@ import base64
 
 import cv2
 import numpy as np
+from PIL import Image, ImageSequence
 
 from mkt.course.book.lighter import lighten
 
@@ -16,17 +17,52 @@ def test_films_and_pictures_become_files_and_drawings_smaller(tmp_path):
     (tmp_path / "_images").mkdir()
     cv2.imwrite(str(tmp_path / "_images" / "ab12.png"), lines)
     inside = f"data:video/webm;base64,{base64.b64encode(film).decode()}"
+    drawn = b"<svg>" + b" " * 3000 + b"</svg>"
+    lines_inside = f"data:image/svg+xml;base64,{base64.b64encode(drawn).decode()}"
     small = "data:image/webp;base64,AAAA"
+    photograph = cv2.GaussianBlur(
+        rng.integers(0, 256, (80, 90, 3), np.uint8), (9, 9), 0
+    )
+    cv2.imwrite(str(tmp_path / "_images" / "cd34.png"), photograph)
+    code = '<span class="n">x</span><span class="p">(</span><span class="mi">1</span>'
     (tmp_path / "api").mkdir()
     for name in ("one.html", "api/two.html"):
         text = f'<video src="{inside}"><img src="{small}"><img src="_images/ab12.png">'
+        text += (
+            f'<img src="{lines_inside}"><img src="_images/cd34.png"><pre>{code}</pre>'
+        )
         (tmp_path / name).write_text(text)
     lighten(tmp_path)
-    (kept,) = (tmp_path / "_static" / "data").iterdir()
+    (kept,) = (tmp_path / "_static" / "data").glob("*.webm")
+    (vector,) = (tmp_path / "_static" / "data").glob("*.svg")
+    assert vector.read_bytes() == drawn
     assert kept.read_bytes() == film and kept.suffix == ".webm"
     one, two = ((tmp_path / name).read_text() for name in ("one.html", "api/two.html"))
     assert f'<video src="_static/data/{kept.name}">' in one
     assert f'<video src="../_static/data/{kept.name}">' in two
+    assert f'<img src="_static/data/{vector.name}">' in one
     assert small in one and '<img src="_images/ab12.webp">' in one
-    (drawing,) = (tmp_path / "_images").iterdir()
+    assert '<img src="_images/cd34.avif">' in one
+    assert '<pre>x(<span class="mi">1</span></pre>' in one
+    drawing, photographed = sorted((tmp_path / "_images").iterdir())
     assert (cv2.imread(str(drawing)) == lines).all()
+    off = cv2.imread(str(photographed)).astype(float) - photograph
+    assert np.abs(off).mean() < 6
+
+
+def test_a_moving_picture_stays_one_and_becomes_smaller(tmp_path):
+    pictures = [Image.new("RGB", (64, 48), (80 * k, 60, 20)) for k in range(3)]
+    film = tmp_path / "_static" / "ball.gif"
+    film.parent.mkdir()
+    pictures[0].save(
+        film, save_all=True, append_images=pictures[1:], duration=120, loop=0
+    )
+    (tmp_path / "one.html").write_text('<img src="_static/ball.gif">')
+    lighten(tmp_path)
+    assert (tmp_path / "one.html").read_text() == '<img src="_static/ball.avif">'
+    with Image.open(film.with_suffix(".avif")) as moving:
+        shown = [each.convert("RGB") for each in ImageSequence.Iterator(moving)]
+        assert moving.info["duration"] == 120
+    assert not film.exists() and len(shown) == 3
+    for there, drawn in zip(shown, pictures, strict=True):
+        assert np.abs(np.subtract(there, drawn, dtype=float)).mean() < 6

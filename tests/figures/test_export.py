@@ -9,7 +9,7 @@ import pytest
 from PIL import Image, PdfParser
 
 import mkt
-from mkt.figures import export
+from mkt.figures import export, light_pdf
 from mkt.figures.registry import FIGURES, Shown, figure, grid_columns, shown
 
 FIGURE = "teuliere2009.fig2"
@@ -56,20 +56,29 @@ def test_every_file_carries_title_parameters_versions_and_data_and_no_date(
     assert path.read_bytes() == again.read_bytes()
 
 
-def test_a_heavy_pdf_becomes_one_picture_that_still_says_how_it_came_about(tmp_path):
-    entry, sizes = FIGURES[FIGURE], []
-    for largest in (np.inf, 1):
-        export.save(
-            *entry.draw(),
-            tmp_path / "x.pdf",
-            export.facts(entry, {"layout": "2x2", "span": 0.8}),
-            largest,
-        )
-        assert all(
-            fact in read(tmp_path / "x.pdf") for fact in FACTS
-        ) and "Date" not in read(tmp_path / "x.pdf")
-        sizes.append((tmp_path / "x.pdf").read_bytes().count(b"/DCTDecode"))
-    assert sizes == [0, 1]
+def test_a_light_pdf_has_its_photographs_as_jpeg_and_its_letters_as_they_were(
+    tmp_path,
+):
+    entry, read_as = FIGURES["own.run"], []
+    fig, shown = entry.draw(100)
+    for light in (False, True):
+        path = tmp_path / "x.pdf"
+        export.save(fig, shown, path, export.facts(entry, {}), light)
+        read_as.append(path.read_bytes())
+    full, light = read_as
+    assert len(light) < 0.5 * len(full)
+    assert full.count(b"/DCTDecode") == 0 < light.count(b"/DCTDecode")
+    assert light_pdf.lighter(full) == light
+    for file in read_as:  # the table at the end knows where everything is
+        start = int(file.split()[-2])
+        lines = file[start:].splitlines()
+        for k, line in enumerate(lines[3 : int(lines[1].split()[1]) + 2], 1):
+            assert file[int(line[:10]) :].startswith(b"%d 0 obj\n" % k)
+    letters = [file.count(b"/Type /Font") for file in read_as]
+    assert letters[0] == letters[1] > 0
+    for file in read_as:
+        path.write_bytes(file)
+        assert entry.title in read(path)
 
 
 def test_the_table_of_a_figure_is_what_its_function_returned(tmp_path):

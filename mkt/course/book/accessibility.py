@@ -15,6 +15,9 @@ SCROLLING = (
     '<div class="table-wrapper colwidths-auto docutils container"',
     '<div class="mkt-scroll"',
 )
+# A drawing that stands in a cell alone.
+DRAWING = '<div class="output text_html"><img '
+FRAMED = '<div class="output text_html mkt-scroll" tabindex="0"><img '
 AFTER_THE_THEME = 900  # which makes the list
 
 
@@ -33,3 +36,4 @@ def _complete(
     if "body" in context:  # the search page has none
         for start in SCROLLING:
             context["body"] = context["body"].replace(start, f'{start} tabindex="0"')
+        context["body"] = context["body"].replace(DRAWING, FRAMED)

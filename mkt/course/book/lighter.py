@@ -12,25 +12,39 @@ from functools import partial
 from pathlib import Path
 
 import cv2
+from PIL import Image, ImageSequence
 
 FOLDER = "_static/data"
-INSIDE = re.compile(r"data:(?:image|video)/(webp|webm);base64,([A-Za-z0-9+/=]{2000,})")
+INSIDE = re.compile(
+    r"data:(?:image|video)/(avif|svg|webp|webm)(?:\+xml)?;base64,"
+    r"([A-Za-z0-9+/=]{2000,})"
+)
 DRAWINGS = "_images"  # of cells, as Sphinx lays them out
-DRAWING = re.compile(rf"({DRAWINGS}/\w+)\.png")
+DRAWING = re.compile(rf"({DRAWINGS}/(\w+))\.png")
+FILM = re.compile(r"(_static/\w+)\.gif")
+# What the theme writes in the colour of all code needs nothing round it.
+PLAIN = re.compile(r'<span class="(?:n|p|w)">([^<]*)</span>')
 # Lines and letters are smaller without loss, photographs with some.
-ENCODINGS = [(cv2.IMWRITE_WEBP_QUALITY, quality) for quality in (101, 80)]
+ENCODINGS = [
+    (".webp", (cv2.IMWRITE_WEBP_QUALITY, 101)),
+    (".avif", (cv2.IMWRITE_AVIF_QUALITY, 65, cv2.IMWRITE_AVIF_SPEED, 7)),
+]
+MOVING = {"quality": 55, "speed": 8, "save_all": True, "loop": 0}
 
 
 def lighten(folder: Path) -> None:
-    """Take the pictures and films of a site out of its pages, and its PNG for WebP."""
+    """Take pictures and films out of the pages of a site, and make both smaller."""
     (folder / FOLDER).mkdir(parents=True, exist_ok=True)
-    for picture in (folder / DRAWINGS).glob("*.png"):
-        _reduce(picture)
+    endings = {path.stem: _reduce(path) for path in (folder / DRAWINGS).glob("*.png")}
+    for film in (folder / "_static").glob("*.gif"):
+        _reduce_film(film)
     for page in folder.rglob("*.html"):
         text = page.read_text(encoding="utf-8")
         beside = Path(os.path.relpath(folder / FOLDER, page.parent)).as_posix()
         lighter = INSIDE.sub(partial(_moved, folder / FOLDER, beside), text)
-        lighter = DRAWING.sub(r"\1.webp", lighter)
+        lighter = DRAWING.sub(lambda found: found[1] + endings[found[2]], lighter)
+        lighter = FILM.sub(r"\1.avif", lighter)
+        lighter = PLAIN.sub(r"\1", lighter)
         if lighter != text:
             page.write_text(lighter, encoding="utf-8")
 
@@ -44,9 +58,25 @@ def _moved(folder: Path, beside: str, found: re.Match) -> str:
     return f"{beside}/{name}"
 
 
-def _reduce(picture: Path) -> None:
-    """Replace a PNG by the smaller one of two WebP."""
+def _reduce(picture: Path) -> str:
+    """Replace a PNG by the smallest of its encodings, and return its new ending."""
     pixels = cv2.imread(str(picture), cv2.IMREAD_UNCHANGED)
-    made = [cv2.imencode(".webp", pixels, each)[1].tobytes() for each in ENCODINGS]
-    picture.with_suffix(".webp").write_bytes(min(made, key=len))
+    made = {
+        ending: cv2.imencode(ending, pixels, options)[1].tobytes()
+        for ending, options in ENCODINGS
+    }
+    best = min(made, key=lambda ending: len(made[ending]))
+    picture.with_suffix(best).write_bytes(made[best])
     picture.unlink()
+    return best
+
+
+def _reduce_film(film: Path) -> None:
+    """Replace a GIF by an AVIF, which tells no picture anew but what changes in it."""
+    with Image.open(film) as gif:
+        pictures = [each.convert("RGB") for each in ImageSequence.Iterator(gif)]
+        pause = gif.info["duration"]
+    first, others = pictures[0], pictures[1:]
+    named = film.with_suffix(".avif")
+    first.save(named, append_images=others, duration=pause, **MOVING)
+    film.unlink()

@@ -46,6 +46,8 @@ from mkt.files import DATA, ROOT
 from mkt.scenes.drawn import drawn
 
 HERE = Path(__file__).parent
+CODE = HERE / "code.js"
+NOTEBOOKS = "_static/notebooks"  # of the site: NAME.ipynb of each chapter
 FILM = DATA / "tracked.gif"
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
 # Class and sign of each verdict, beside the words.
@@ -93,7 +95,7 @@ SETTINGS = {
     "html_static_path": ["_static"],
     "html_extra_path": ["moved"],
     "html_css_files": ["mkt.css"],
-    "html_js_files": [SCRIPT.name, live.SCRIPT],
+    "html_js_files": [SCRIPT.name, CODE.name, live.SCRIPT],
     "html_show_copyright": False,
     "html_copy_source": False,
     "html_show_search_summary": False,
@@ -175,7 +177,7 @@ def _card(entry: Entry, chapter: Chapter) -> dict[str, str]:
         "chapter": chapter.title,
         "page": f"{chapter.name}.html",
         "anchor": anchor(entry.name),
-        "picture": f"{FILES}/{entry.name}.webp",
+        "picture": f"{FILES}/{entry.name}.avif",
         "source": source_page(entry.function),
     }
 

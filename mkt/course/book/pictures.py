@@ -4,7 +4,6 @@ A figure's picture, its PDF and its table are kept under what they depend on, so
 that changed is drawn anew by itself.
 """
 
-import io
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,20 +11,19 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from joblib import Parallel, delayed
-from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from mkt.course.book import depends
 from mkt.experiments.cache import Shelf
-from mkt.figures import export
+from mkt.figures import export, light_pdf
 from mkt.figures.registry import FIGURES
+from mkt.figures.static_panel import AVIF, encoded
 
-THUMBNAIL_DPI, QUALITY = 100, 80
-LARGEST_PDF = 500_000  # [bytes]
+THUMBNAIL_DPI = 100
 # What is drawn of each figure, by the ending of the file.
 DRAWN = {
     ending: Shelf("pictures", ending, bytes, bytes)
-    for ending in (".webp", ".pdf", ".csv")
+    for ending in (".avif", ".pdf", ".csv")
 }
 
 
@@ -34,7 +32,7 @@ def drawn() -> dict[str, bytes]:
 
     Those that are not known are drawn, on all cores.
     """
-    how = THUMBNAIL_DPI, QUALITY, LARGEST_PDF
+    how = THUMBNAIL_DPI, AVIF, light_pdf.QUALITY
     keys = {name: depends.of_picture(entry, how) for name, entry in FIGURES.items()}
     known = {name: _kept(key) for name, key in keys.items()}
     missing = [name for name, files in known.items() if files is None]
@@ -72,16 +70,10 @@ def _draw(name: str) -> tuple[str, dict[str, bytes]]:
     """The name of a figure, and {ending: content} of what is drawn of it."""
     entry = FIGURES[name]
     fig, shown = entry.draw(THUMBNAIL_DPI)
-    files = {".webp": _thumbnail(fig)}
+    files = {".avif": encoded(fig, ".avif", *AVIF)}
     with TemporaryDirectory() as folder:
         for ending in (".pdf", ".csv"):
             path = Path(folder, f"figure{ending}")
-            export.save(fig, shown, path, export.facts(entry, {}), LARGEST_PDF)
+            export.save(fig, shown, path, export.facts(entry, {}), light=True)
             files[ending] = path.read_bytes()
     return name, files
-
-
-def _thumbnail(fig: Figure) -> bytes:
-    picture = io.BytesIO()
-    fig.savefig(picture, format="webp", pil_kwargs={"quality": QUALITY})
-    return picture.getvalue()

@@ -15,7 +15,7 @@ import nbformat
 from nbformat import NotebookNode
 
 from mkt.course.book import lighter, live, pages, pictures, security
-from mkt.course.book.checks import figure_cells, tree
+from mkt.course.book.checks import figure_cells, strip, tree
 from mkt.course.book.contents import NOTEBOOKS, Book, BookError
 from mkt.course.labs.notebooks import HANDOUT, labs, released
 from mkt.experiments import claims, leaderboard, shipped
@@ -86,7 +86,8 @@ def _pages(book: Book) -> dict[str, str]:
 
 def _scripts() -> dict[str, str]:
     """The same of what moves the figures."""
-    texts = live.scripts() | {SCRIPT.name: SCRIPT.read_text(encoding="utf-8")}
+    files = SCRIPT, pages.CODE
+    texts = live.scripts() | {path.name: path.read_text("utf-8") for path in files}
     return {f"_static/{name}": text for name, text in texts.items()}
 
 
@@ -99,11 +100,27 @@ def _reference() -> dict[str, str]:
 
 
 def _chapters(notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
-    """The same of the chapters."""
-    return {
-        f"{name}.ipynb": nbformat.writes(prepare(notebook))
+    """The same of the chapters, and of their notebooks to be taken away."""
+    shown = {
+        f"{name}.ipynb": nbformat.writes(_with_link(prepare(notebook), name))
         for name, notebook in notebooks.items()
     }
+    return shown | {
+        f"{pages.NOTEBOOKS}/{name}.ipynb": nbformat.writes(strip(notebook))
+        for name, notebook in notebooks.items()
+    }
+
+
+def _with_link(page: NotebookNode, name: str) -> NotebookNode:
+    """The page with a link to its notebook, below what one needs for the chapter."""
+    at = [cell.id for cell in page.cells].index("opening") + 1
+    link = (
+        f'<p class="mkt-notebook"><a href="{pages.NOTEBOOKS}/{name}.ipynb" download>'
+        "Download this notebook</a>, or open all of them in JupyterLab with "
+        "<code>python3 -m mkt lab</code>.</p>"
+    )
+    page.cells.insert(at, nbformat.v4.new_markdown_cell(link, id="notebook"))
+    return page
 
 
 def _labs() -> dict[str, str]:

@@ -276,6 +276,15 @@ def _draw_ellipses(
     draw_ellipse(ax, truth, ANNOTATED, lw=1.5)
     draw_ellipse(ax, mean, MEAN, lw=2.2)
     draw_box(ax, [*truth[:2], 0, extent, extent], color=ANNOTATED, lw=1.2, ls=":")
+    for label, color in {
+        "samples": SAMPLE,
+        "mean": MEAN,
+        "annotation": ANNOTATED,
+    }.items():
+        ax.plot([], [], color=color, lw=2.2, label=label)
+    top = {"marker": "o", "mec": "black", "ls": ""}
+    ax.plot([], [], color=FOUND, **top, label="highest place")
+    ax.legend(loc="lower right", ncols=2, frameon=True, facecolor="0.7")
 
 
 def _draw_coefficients(
