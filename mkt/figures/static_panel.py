@@ -28,7 +28,7 @@ from mkt.plotting import in_style
 WIDTH = 80  # [px] on the screen for an inch of figure
 PAGE_DPI = 100
 # A third smaller than WebP that looks the same; one that takes longer wins little.
-AVIF = cv2.IMWRITE_AVIF_QUALITY, 50, cv2.IMWRITE_AVIF_SPEED, 7
+AVIF = cv2.IMWRITE_AVIF_QUALITY, 50, cv2.IMWRITE_AVIF_SPEED, 8
 POSITIONS, IN_A_GRID = 9, 5  # of a slider, at most
 # Of the site: NAME.avif, NAME.pdf and NAME.csv of each figure with its defaults.
 FILES = "_static/figures"

@@ -27,7 +27,7 @@ PLAIN = re.compile(r'<span class="(?:n|p|w)">([^<]*)</span>')
 # Lines and letters are smaller without loss, photographs with some.
 ENCODINGS = [
     (".webp", (cv2.IMWRITE_WEBP_QUALITY, 101)),
-    (".avif", (cv2.IMWRITE_AVIF_QUALITY, 65, cv2.IMWRITE_AVIF_SPEED, 7)),
+    (".avif", (cv2.IMWRITE_AVIF_QUALITY, 65, cv2.IMWRITE_AVIF_SPEED, 8)),
 ]
 MOVING = {"quality": 55, "speed": 8, "save_all": True, "loop": 0}
 
