@@ -22,11 +22,10 @@ from pathlib import Path
 import nbformat
 from nbformat import NotebookNode
 
-from mkt.course.book.contents import NOTEBOOKS
-from mkt.files import whole
+from mkt.files import ROOT, whole
 
-FOLDER = NOTEBOOKS / "labs"  # the teacher's versions
-HANDOUT = NOTEBOOKS / "handout"  # the students', where JupyterLab shows them
+FOLDER = ROOT / "notebooks" / "labs"  # the teacher's versions
+HANDOUT = FOLDER.with_name("handout")  # the students', where JupyterLab shows them
 # Those of nbgrader.
 STUBS = {
     "code": "# YOUR CODE HERE\nraise NotImplementedError()",
