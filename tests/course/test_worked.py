@@ -16,8 +16,8 @@ from mkt.papers.lessons import (  # noqa: F401, they enter what they draw into p
 from tests.course import worked
 
 BOOK = contents.read()
-# Chapters brought to this state, and the share of their numbers that must be held: what
-# was reached, rounded down.  A number that no cell puts out lowers it.
+# The share of a chapter's numbers that must be held: what was reached, rounded down.  A
+# number that no cell puts out lowers it.
 HELD = {
     "01_color_histograms": 0.9,
     "02_cost_surfaces": 0.9,
@@ -33,11 +33,10 @@ HELD = {
     "12_learning_model": 0.8,
     "13_hybrid_resampling": 0.6,
     "14_fair_benchmark": 0.6,
+    "15_more_than_colour": 0.7,
+    "16_a_plane_in_space": 0.7,
+    "17_four_wishes": 0.9,
 }
-chapters = pytest.mark.parametrize(
-    "chapter", [c for c in BOOK.chapters if c.name in HELD], ids=lambda c: c.name
-)
-
 every = pytest.mark.parametrize("chapter", BOOK.chapters, ids=lambda c: c.name)
 # Letters of a first paragraph: half of a telephone's screen, see the test of pages.
 SHORT = 480
@@ -47,7 +46,7 @@ def text(chapter):
     return nbformat.read(chapter.notebook, 4)
 
 
-@chapters
+@every
 def test_answers_run_and_numbers_in_prose_are_held(chapter, answered, record_property):
     values = worked.values_of(worked.outputs(answered[chapter.name]))
     numbers = worked.in_prose(text(chapter))
@@ -59,14 +58,14 @@ def test_answers_run_and_numbers_in_prose_are_held(chapter, answered, record_pro
     assert share >= HELD[chapter.name]
 
 
-@chapters
+@every
 def test_answers_are_python_and_no_lines_too_long(chapter):
     for cell, block in worked.answers(text(chapter)):
         ast.parse(block)
         assert max(map(len, block.splitlines())) <= 88, cell
 
 
-@chapters
+@every
 def test_every_exercise_has_stars_a_hint_and_an_answer(chapter):
     source = next(c.source for c in text(chapter).cells if c.id == "exercises")
     for exercise in re.split(r"^\*\*\d+\.\*\* ", source, flags=re.M)[1:]:
@@ -75,13 +74,13 @@ def test_every_exercise_has_stars_a_hint_and_an_answer(chapter):
         assert exercise.count("<summary>Answer</summary>") == 1
 
 
-@chapters
+@every
 def test_every_prediction_opens_to_an_answer(chapter):
     for cell in text(chapter).cells:
         for part in cell.source.split("### Predict before you move")[1:]:
             asked = re.findall(r"^\* ", part.partition("\n#")[0], re.M)
             opened = part.partition("\n#")[0].count("<summary>Answer")
-            assert 0 < len(asked) == opened, cell.id
+            assert max(1, len(asked)) == opened, cell.id
 
 
 @every
@@ -106,11 +105,12 @@ def test_cells_are_short_and_no_figure_is_shown_twice(chapter):
     assert len(set(shown)) == len(shown)
 
 
-@chapters
+@every
 def test_under_every_printed_figure_stands_what_agrees(chapter):
-    shown = sum(len(names) for _, names in checks.figure_cells(text(chapter)))
+    shown = [name for _, names in checks.figure_cells(text(chapter)) for name in names]
+    printed = sum(not name.startswith("own.") for name in shown)
     said = sum("**Printed / ours" in cell.source for cell in text(chapter).cells)
-    assert said >= min(shown, 1) and (shown < 2 or said >= shown // 2)
+    assert said >= min(printed, 1) and (printed < 2 or said >= printed // 2)
 
 
 def test_a_number_is_held_as_it_is_rounded():

@@ -156,7 +156,7 @@ def start_from(
     tilted = planes.homography(pose, camera, sides) if tilt else truth
     about_middle = np.eye(3)
     middle = through(truth, [[0, 0]])[0]
-    about_middle[:2, :2] = (1 + growth) ** larger * rotation(sign * np.deg2rad(turn))
+    about_middle[:2, :2] = (1.0 + growth) ** larger * rotation(sign * np.deg2rad(turn))
     about_middle[:2, 2] = middle - about_middle[:2, :2] @ middle
     about_middle[:2, 2] += shift * np.array([np.cos(way), np.sin(way)])
     return about_middle @ tilted
