@@ -107,6 +107,8 @@ class Place:
     hits, hits_of_all, area, lost, cpu_ms : float
     cells : dict
         Sequence -> (overlap, true positives).
+    cases : list of float
+        The mean overlap in each case.
     """
 
     name: str
@@ -120,6 +122,7 @@ class Place:
     lost: float
     cpu_ms: float
     cells: dict[str, tuple[float, float]]
+    cases: list[float]
 
 
 def recorded(
@@ -332,6 +335,7 @@ def _place(name: str, runs: pd.DataFrame, cases: pd.DataFrame) -> Place:
         means["lost"],
         times.median(),
         {str(s): (row["overlap"], row["hits"]) for s, row in by_source.iterrows()},
+        own.tolist(),
     )
 
 

@@ -44,6 +44,7 @@ from mkt.figures.registry import FIGURES, Entry
 from mkt.figures.static_panel import FILES, SCRIPT
 from mkt.files import DATA, ROOT
 from mkt.scenes.drawn import drawn
+from mkt.trackers.by_name import LABELS
 
 HERE = Path(__file__).parent
 CODE = HERE / "code.js"
@@ -253,6 +254,8 @@ def _ranked(board: ranks.Board) -> dict[str, Any]:
         "data": board.data,
         "extent": ranks.extent(board),
         "overall": ranks.overall(places),
+        "dots": [(LABELS.get(place.name, place.name), place) for place in places],
+        "case": "scene" if board.case == "seed" else "sequence",
         "by_sequence": ranks.by_sequence(places),
         "refusals": ranks.refusals(board.rows),
     }
