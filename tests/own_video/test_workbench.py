@@ -548,4 +548,4 @@ def test_the_book_shows_a_finished_run_with_the_same_settings_as_the_panel(monke
     page = workbench()
     assert isinstance(page, Finished) and page.settings == live
     text = page._repr_html_()
-    assert "<video controls" in text and "JupyterLab" in text and "http" not in text
+    assert "<video controls" in text and "JupyterLab" in text and "://" not in text

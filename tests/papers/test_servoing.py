@@ -359,7 +359,7 @@ def test_a_film_has_its_own_style_and_leaves_others_theirs(pictures):
 def test_a_film_lies_inside_the_page_and_can_be_decoded(pictures, tmp_path, capfd):
     page = play(pictures[2], 5, 'a "car" & more').data
     assert "<video controls" in page
-    assert "autoplay" not in page and "http" not in page
+    assert "autoplay" not in page and "://" not in page
     assert 'aria-label="a &quot;car&quot; &amp; more"' in page
     ((kind, data),) = re.findall(r' src="data:([^;]+);base64,([^"]+)"', page)
     (tmp_path / "film.webm").write_bytes(base64.b64decode(data))
