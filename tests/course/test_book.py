@@ -136,8 +136,23 @@ def test_the_gallery_says_of_each_figure_whether_it_agrees_with_the_print():
     assert said["teuliere2009.fig7"] == "agrees"
     assert said["nummiaro2003.fig9"] == "in part"
     assert all(said[name] == "ours" for name in FIGURES if name.startswith("own."))
-    page = pages.gallery(BOOK)
+    page = pages.gallery(BOOK, {})
     assert page.count("mkt-agrees") == list(said.values()).count("agrees") > 0
+    assert "data-moves" not in page
+
+
+def test_a_card_of_the_gallery_plays_what_the_first_slider_shows(site):
+    """Of pictures that the chapter has anyway, in the order of the positions."""
+    page = (site / "gallery.html").read_text(encoding="utf-8")
+    played = dict(
+        re.findall(r'figures/([\w.]+)\.avif" alt="" data-moves="([^"]+)"', page)
+    )
+    drawn = {name for name, e in FIGURES.items() if e.sliders and not e.live}
+    assert set(played) == drawn
+    assert all(
+        (site / one).is_file() for each in played.values() for one in each.split()
+    )
+    assert min(len(set(each.split())) for each in played.values()) >= 1
 
 
 def test_every_notebook_is_in_the_catalogue():

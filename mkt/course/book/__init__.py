@@ -3,9 +3,9 @@
 `mkt.course.book.contents` reads book.toml, `mkt.course.book.execute` runs the notebooks
 (with `mkt.course.book.client`), `mkt.course.book.checks` says what a notebook must be
 before and after, `mkt.course.book.pages` writes the pages round them,
-`mkt.course.book.pictures` draws the figures, `mkt.course.book.agreement` says which
-agree with the printed ones, `mkt.course.book.live` joins the scripts that compute in
-the pages, and `mkt.course.book.site` lets Sphinx make the site of it all, with three
+`mkt.course.book.pictures` draws the figures, `mkt.course.book.positions` finds those of
+their sliders, `mkt.course.book.agreement` says which agree with the printed ones,
+`mkt.course.book.live` joins the scripts that compute in the pages, and `mkt.course.book.site` lets Sphinx make the site of it all, with three
 extensions for it beside them; `mkt.course.book.lighter` takes pictures and films out of
 the pages, and `mkt.course.book.security` says what these may do.
 `mkt.course.book.depends` says what has to be made again.

@@ -49,12 +49,23 @@ def lighten(folder: Path) -> None:
             page.write_text(lighter, encoding="utf-8")
 
 
+def address(inside: str) -> str:
+    """Where a picture that a page carries inside will lie, from the top of the site."""
+    found = INSIDE.fullmatch(inside)
+    if not found:
+        raise ValueError(f"no picture inside a page: {inside[:40]}")
+    return f"{FOLDER}/{_name(*found.groups())}"
+
+
+def _name(ending: str, text: str) -> str:
+    """Of the file of a picture or a film, given its text."""
+    return f"{hashlib.sha256(base64.b64decode(text)).hexdigest()[:20]}.{ending}"
+
+
 def _moved(folder: Path, beside: str, found: re.Match) -> str:
     """The address of a file that holds what was found in a page."""
-    ending, text = found.groups()
-    content = base64.b64decode(text)
-    name = f"{hashlib.sha256(content).hexdigest()[:20]}.{ending}"
-    (folder / name).write_bytes(content)
+    name = _name(*found.groups())
+    (folder / name).write_bytes(base64.b64decode(found[2]))
     return f"{beside}/{name}"
 
 

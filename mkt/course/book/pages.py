@@ -15,7 +15,7 @@ import inspect
 import pkgutil
 import string
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -48,6 +48,7 @@ from mkt.trackers.by_name import LABELS
 
 HERE = Path(__file__).parent
 CODE = HERE / "code.js"
+PLAYS = HERE / "gallery.js"
 NOTEBOOKS = "_static/notebooks"  # of the site: NAME.ipynb of each chapter
 FILM = DATA / "tracked.gif"
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
@@ -153,15 +154,19 @@ def first(book: Book, verdicts: list[str]) -> str:
     )
 
 
-def gallery(book: Book) -> str:
-    """gallery.md: every figure, with links to its chapter and to its source."""
+def gallery(book: Book, moves: Mapping[str, list[str]]) -> str:
+    """gallery.md: every figure, with links to its chapter and to its source.
+
+    A card plays the pictures {figure: addresses} that there are under the mouse.
+    """
     chapters = {name: chapter for chapter in book.chapters for name in chapter.figures}
     papers: dict[str, list[dict[str, str]]] = {}
     said = agreement.said(book)
     for entry in FIGURES.values():
         cards = papers.setdefault(_headline(entry.function.__module__), [])
-        cards.append(_card(entry, chapters[entry.name]) | {"badge": said[entry.name]})
-    return _filled("gallery.md", papers=papers)
+        more = {"badge": said[entry.name], "moves": " ".join(moves.get(entry.name, ()))}
+        cards.append(_card(entry, chapters[entry.name]) | more)
+    return _filled("gallery.md", papers=papers, script=f"_static/{PLAYS.name}")
 
 
 def _headline(module: str) -> str:

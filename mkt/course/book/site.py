@@ -14,7 +14,7 @@ from pathlib import Path
 import nbformat
 from nbformat import NotebookNode
 
-from mkt.course.book import lighter, live, pages, pictures, security
+from mkt.course.book import lighter, live, pages, pictures, positions, security
 from mkt.course.book.checks import figure_cells, strip, tree
 from mkt.course.book.contents import NOTEBOOKS, Book, BookError
 from mkt.course.labs.notebooks import HANDOUT, labs, released
@@ -56,7 +56,13 @@ def make(
         When there is no room.
     """
     source = folder / "source"
-    texts = _pages(book) | _scripts() | _reference() | _chapters(notebooks) | _labs()
+    texts = (
+        _pages(book, notebooks)
+        | _scripts()
+        | _reference()
+        | _chapters(notebooks)
+        | _labs()
+    )
     files = {name: text.encode() for name, text in texts.items()}
     drawn = {f"{FILES}/{name}": content for name, content in pictures.drawn().items()}
     drawn[f"_static/{pages.FILM.name}"] = pages.FILM.read_bytes()
@@ -65,7 +71,7 @@ def make(
     return render(source, folder)
 
 
-def _pages(book: Book) -> dict[str, str]:
+def _pages(book: Book, notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
     """{path below the source folder: text} of what stands round the chapters."""
     measured, made = shipped.read_claims()
     results = [claims.judge(one) for one in measured]
@@ -73,7 +79,7 @@ def _pages(book: Book) -> dict[str, str]:
     return {
         "conf.py": pages.configuration(book),
         "index.md": pages.first(book, [result.verdict for result in results]),
-        "gallery.md": pages.gallery(book),
+        "gallery.md": pages.gallery(book, positions.of_first_sliders(notebooks)),
         "claims.md": pages.claims(results, made),
         "leaderboard.md": pages.leaderboard(boards),
         "after.md": pages.after(boards),
@@ -86,7 +92,7 @@ def _pages(book: Book) -> dict[str, str]:
 
 def _scripts() -> dict[str, str]:
     """The same of what moves the figures."""
-    files = SCRIPT, pages.CODE
+    files = SCRIPT, pages.CODE, pages.PLAYS
     texts = live.scripts() | {path.name: path.read_text("utf-8") for path in files}
     return {f"_static/{name}": text for name, text in texts.items()}
 
