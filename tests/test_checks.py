@@ -48,6 +48,8 @@ def test_fields(check, good, bad, says):
 def test_a_frame_comes_back_as_an_array():
     frame = np.zeros((2, 3, 3), np.uint8)
     assert checked_frame(frame) is frame
+    longest = np.zeros((1, LONGEST, 3), np.uint8)
+    assert checked_frame(longest) is longest
     assert checked_frame([[np.array([1, 2, 3], np.uint8)]]).shape == (1, 1, 3)
 
 

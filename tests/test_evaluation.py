@@ -24,7 +24,7 @@ from mkt.evaluation import (
     success,
     true_positives,
 )
-from mkt.regions import area, corners, from_box, rotation, unwarp
+from mkt.regions import area, corners, from_box, rotation, to_box, unwarp
 from mkt.tracking import Sequence, Track
 from tests.strategies import regions
 
@@ -123,6 +123,13 @@ def test_overlap_and_success_curve_are_those_of_the_toolkit(seed):
     assert success(iou) == pytest.approx(curve)
 
 
+def test_for_an_upright_truth_what_was_found_counts_as_the_box_round_it():
+    turned = np.array([50.0, 40, 0.6, 20, 10])
+    box = from_box(to_box(turned))
+    assert overlap(turned, box, upright=True) == pytest.approx(1)
+    assert overlap(turned, box) < 0.8
+
+
 def test_the_area_under_the_success_curve_is_the_mean_overlap_but_for_its_steps():
     iou = np.random.default_rng(0).random((3, 500))
     assert success(iou).mean(-1) == pytest.approx(iou.mean(-1), abs=0.5 / 20)
@@ -142,6 +149,9 @@ def test_frames_before_the_start_and_behind_a_wall_are_not_judged():
     truth = from_box(np.tile([10.0, 10, 20, 20], (6, 1)))
     clip = seen(truth, hidden=(2, 3))
     assert scored_frames(clip).tolist() == [False, True, False, False, True, True]
+    clip.visibility[4] = 0.5  # half of it is not enough
+    assert not scored_frames(clip)[4]
+    clip.visibility[4] = 1
     found = truth.copy()
     found[4] = np.nan  # a tracker gets no credit for silence
     iou = overlaps(np.stack([truth, found]), clip)

@@ -82,6 +82,7 @@ def used(path):
 
 @SAME_FOLDER
 @given(changes=changes())
+@example(changes={"every": 10**400})
 def test_settings_with_any_entries(car, tmp_path, changes):
     path = tmp_path / "x.json"
     values = asdict(settled(car, BOX, "ssd")) | changes

@@ -255,3 +255,8 @@ def test_residual_copies_the_whole_parts_and_draws_just_the_rest(w, seed):
     assert np.all(copies >= certain)
     # Nobody without a rest is drawn on top of his whole part.
     assert np.all((copies == certain)[left == 0])
+
+
+def test_only_whole_parts_are_certain():
+    certain, left = whole_and_rest([0.475, 0.525])  # of two: 0.95 and 1.05
+    assert certain.tolist() == [0, 1] and left == pytest.approx([0.95, 0.05])

@@ -30,19 +30,29 @@ def parse_box(text: str) -> tuple[float, ...]:
     return (*box, 0.0)[:5]
 
 
+def in_words(box: Sequence[float]) -> str:
+    """A box as it is typed: "120,80,60,40,30"."""
+    return ",".join(f"{number:g}" for number in box)
+
+
 def region_of(box: Sequence[float], frame: Frame) -> Region:
     """The region (5,) [px, rad] of a box x, y, w, h, angle [px, deg] in a frame.
 
     Raises
     ------
     ValueError
-        Where the box has no size or lies outside the frame.
+        Where the box is less than a pixel wide or high, or lies outside the frame.
     """
-    text = ",".join(f"{number:g}" for number in box)
+    text = in_words(box)
     if min(box[2:4]) <= 0:
         raise ValueError(
             f"the box {text}: its width or height is zero or negative; "
             "give x,y,w,h, not two corners"
+        )
+    if min(box[2:4]) < 1:
+        raise ValueError(
+            f"the box {text}: its width or height is less than a pixel; "
+            "draw it round the target"
         )
     region = from_box(box[:4], np.radians(box[4]))
     x, y, w, h = to_box(region)

@@ -19,6 +19,7 @@ from typing import Any
 from tqdm import tqdm
 
 from mkt.files import DataError, flush, in_one_piece, named, whole, written_path
+from mkt.own_video.box import in_words
 from mkt.own_video.overlay import annotated, pixel_grid
 from mkt.own_video.settings import Settings
 from mkt.sequences.tracks import COLUMNS, mot_row, row
@@ -237,10 +238,18 @@ def record(
 
     Raises
     ------
+    ValueError
+        When the tracker refuses the start, with the box that was typed.
     OSError
         When the files cannot be written.
     """
-    infos = begun(tracker, clip, seed, start)
+    try:
+        infos = begun(tracker, clip, seed, start)
+    except ValueError as error:
+        if settings is None or isinstance(error, DataError):
+            raise
+        # A tracker speaks of regions, which are not what was typed.
+        raise ValueError(f"the box {in_words(settings.box)}: {error}") from None
     with Recorder(output, clip, title, settings) as recorder:
         frames = tqdm(clip.frames, desc=title, unit="frame", disable=None)
         try:

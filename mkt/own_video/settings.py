@@ -125,7 +125,7 @@ class Settings:
             frames=frames,
             truth=truth,
             visibility=clip.visibility[part],
-            fps=clip.fps / self.every,
+            fps=clip.fps / min(self.every, len(clip)),  # no float is beyond 1e308
         )
 
     def save(self, path: Path) -> None:

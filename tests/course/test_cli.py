@@ -83,6 +83,8 @@ def test_every_command_explains_itself_with_examples(command, capsys):
         (("book", "--fast"), "unrecognized arguments: --fast"),
         (("figure",), "needs an ID and -o FILE"),
         (("bench", "--seeds", "0:3"), "go with `bench tracking`"),
+        (("bench", "core", "guided"), "bench core takes no names"),
+        (("labs", "release", "-o", ""), "the name of the folder is empty"),
     ],
 )
 def test_a_mistyped_command_is_refused_before_anything_is_installed(words, said):

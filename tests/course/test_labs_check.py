@@ -65,6 +65,12 @@ def test_release_leaves_a_students_work_as_it_is_and_says_so(toy, capsys):
     assert "is there already and stays as it is" in capsys.readouterr().out
 
 
+def test_a_file_that_is_no_text_is_no_notebook(toy):
+    (toy / "mine.ipynb").write_bytes(b"\xff\xd8")
+    with pytest.raises(SystemExit, match="mine.ipynb is not a notebook: it is no text"):
+        cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")]))
+
+
 @pytest.mark.parametrize(
     "text, said",
     [

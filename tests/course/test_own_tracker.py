@@ -24,6 +24,11 @@ class Still:
     def step(self, state, frame, rng):
         return state, report(state, 0.1, False, 1)
 
+@dataclass(frozen=True)
+class Silent(Still):
+    def step(self, state, frame, rng):
+        return state, {"region": state, "score": 1.0, "lost": False}
+
 class Loose(Still):
     def __init__(self, shift): pass
 
@@ -88,6 +93,11 @@ def test_it_stands_on_the_board(own, monkeypatch, capsys):
     names = {path.name for path in (own / "t").glob("resting_Still-*")}
     both = {f"resting_Still-base-{seed}" for seed in (0, 1)}
     assert names == {f"{name}{ending}" for name in both for ending in (".csv", ".txt")}
+
+
+def test_what_a_board_would_miss_is_said_before_the_runs(own):
+    with pytest.raises(SystemExit, match="resting:Silent: its info has no evaluations"):
+        run("bench", "tracking", "resting:Silent")
 
 
 @pytest.mark.parametrize(

@@ -200,12 +200,17 @@ MISTAKES = [
         "give x,y,w,h, not two corners",
     ),
     (
+        ("FILE", "--box", "0,0,1e-9,1e-9"),
+        "the box 0,0,1e-09,1e-09,0: its width or height is less than a pixel",
+    ),
+    (
         ("FILE", "--box", "160,9,5,5"),
         "the box 160,9,5,5,0: it lies outside the image of 160x120 px",
     ),
     (
         ("FILE", "--box", "150,9,40,20", "--tracker", "ssd"),
-        "lies outside the image; choose a box inside it",
+        "the box 150,9,40,20,0: part of the region (169.5, 18.5, 0, 20, 10) lies "
+        "outside the image; choose a box inside it",
     ),
     (
         (*WITH_BOX, "-o", "x.gif"),

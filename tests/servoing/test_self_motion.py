@@ -93,6 +93,7 @@ def test_ends_of_the_ratio():
     z = np.random.default_rng(0).standard_normal((9, 4))
     assert (steps(OFF, z) == 0).all()
     np.testing.assert_allclose(steps(RAW, z), z, atol=1e-12)
+    np.testing.assert_allclose(RAW.gain, Kalman(1e9).gain, rtol=1e-6)
 
 
 def test_the_steady_error_is_c_over_gain_without_compensation_and_zero_with_it():

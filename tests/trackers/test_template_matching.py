@@ -1,5 +1,7 @@
 """Window matching: exact on what does not change, and blind to everything else."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -46,6 +48,15 @@ def test_only_the_global_search_follows_a_jump():
     assert overlap(everywhere.regions[1], clip.truth[1]) == pytest.approx(1)
     found = track(TemplateMatching("local"), clip)
     assert overlap(found.regions[1], clip.truth[1]) == 0 and found.lost[1]
+
+
+def test_what_is_unlike_is_at_the_largest_distance_and_no_further():
+    clip = sliding([(0, 0)] * 2, size=(160, 120))
+    negative = 255 - clip.frames[0]
+    found = track(
+        TemplateMatching("global"), replace(clip, frames=[clip.frames[0], negative])
+    )
+    assert found.info["distance"][1] == 1 and found.lost[1]
 
 
 def test_the_size_never_changes():

@@ -106,6 +106,8 @@ def check(args) -> str | None:
     words = (args.tracker, args.on, args.tracks, args.seeds, args.output)
     if args.what != "tracking" and (any(words) or args.release):
         return "options go with `bench tracking`"
+    if args.what == "core" and args.names:
+        return "bench core takes no names; `bench tracking` ranks trackers"
     if args.what == "score" and len(args.names) != 2:
         return "bench score needs a FILE and a SEQUENCE"
     if args.release and (args.names or any(words)):
@@ -143,8 +145,8 @@ def _rank(args) -> None:
     output = args.output
     if output and new_file(output).suffix not in (".csv", ".md"):
         raise ValueError(f"-o {output}: give a name that ends in .csv or .md")
-    own = [own_tracker.enter(name) for name in args.tracker]
-    named = [own_tracker.enter(name) for name in args.names]
+    own = [own_tracker.enter_for_ranking(name) for name in args.tracker]
+    named = [own_tracker.enter_for_ranking(name) for name in args.names]
     names = [*named, *own] if named else []  # those of your own are among all
     boards, troubles = leaderboard.recorded(
         names, args.seeds or leaderboard.SEEDS, on=args.on

@@ -77,6 +77,12 @@ def _seconds(text: str) -> float:
     return value
 
 
+def _folder(text: str) -> Path:
+    if not text:  # which Path takes for this folder
+        raise ArgumentTypeError("the name of the folder is empty")
+    return Path(text)
+
+
 def _add_release(actions: Commands) -> None:
     release = actions.add_parser(
         "release", help="write the students' version of every lab"
@@ -84,7 +90,7 @@ def _add_release(actions: Commands) -> None:
     release.add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=_folder,
         metavar="FOLDER",
         help="where to; notebooks/handout by default, where JupyterLab shows them",
     )

@@ -54,6 +54,8 @@ def read(path: Path) -> NotebookNode:
         return notebook
     except OSError:
         raise
+    except UnicodeDecodeError:
+        raise ValueError(f"{path} is not a notebook: it is no text") from None
     except Exception as error:  # nbformat raises about anything for a file that is none
         why = str(error).splitlines()[0]
         raise ValueError(f"{path} is not a notebook: {why}") from None
