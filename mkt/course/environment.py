@@ -123,6 +123,11 @@ def make() -> None:
     found = stamp_of(VENV)
     if found == wanted_stamp() and PYTHON.exists():
         return
+    if VENV.is_symlink():
+        sys.exit(
+            f"{VENV} is a link to an environment of others, and is left as it is.  "
+            "Delete the link, then run this again."
+        )
     if Path(sys.prefix).resolve() == VENV.resolve():
         sys.exit(
             "The list of packages has changed, and .venv cannot be renewed from within."

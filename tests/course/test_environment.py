@@ -129,6 +129,17 @@ def test_somebody_elses_environment_is_left_alone(place):
     assert (place / "pyvenv.cfg").read_text() == "mine"
 
 
+def test_an_environment_behind_a_link_is_left_alone(place, tmp_path):
+    """Its stamp is that of another clone, which would take it for an old one."""
+    others = tmp_path / "others"
+    others.mkdir()
+    (others / environment.STAMP_NAME).write_text("of another clone")
+    environment.VENV.symlink_to(others)
+    with pytest.raises(SystemExit, match="is a link"):
+        environment.ensure()
+    assert [path.name for path in others.iterdir()] == [environment.STAMP_NAME]
+
+
 def test_an_environment_is_not_renewed_from_within(place, monkeypatch):
     environment.ensure()
     (place.parent / "environment.txt").write_text("numpy==3\n")
