@@ -428,7 +428,7 @@ def fig5(fig: Figure, *, particles: int = 100, bins: str = "rgb 8x8x8") -> Shown
     Measured while the figure is drawn, on this machine, in CPU time; so it is never
     twice the same.  Synthetic data: the person and the car of figure 4; the smaller an
     ellipse, the more places of the background the appearance condition compares it
-    with, so the person is the dearer one.  In the middle against the number of samples,
+    with, so the person costs more.  In the middle against the number of samples,
     for a whole frame and for the histograms of the samples alone.  At the right the
     histograms of 100 ellipses of growing area: with a grid of points as fine as the
     pixels, as a direct (3) would need, and with the fixed grid that the tracker uses,

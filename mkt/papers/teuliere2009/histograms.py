@@ -1,7 +1,7 @@
 """Figures 1 to 4 of [T09]: histograms, kernels, and the distance that they make.
 
-C. Teulière, E. Marchand, L. Eck, ICRA 2009.  Its pages with Section II, figure 1 and
-equations (1) to (5) are lost; what stands here in their place says so.
+C. Teulière, E. Marchand, L. Eck, ICRA 2009.  Our copy lacks the page with figure 1 and
+equations (1) to (5); what stands here in their place says so.
 """
 
 from collections.abc import Mapping
@@ -113,11 +113,10 @@ def fig1(
 ) -> Shown:
     """A kernel-weighted colour histogram.
 
-    The printed figure 1 is lost with its page, so this is not a reproduction of it.
     Left, a rendered frame with the object's region; middle, the object pulled back into
     its own frame by the deformation f_x of equation (1), dimmed where the kernel gives
     no weight; right, its histogram, equation (2), each bar in the mean colour of its
-    bin.
+    bin.  Our copy of the paper lacks the page with figure 1, so this one is ours.
     """
     clip = still(item)
     region, frame = clip.truth[0], clip.frames[0]
