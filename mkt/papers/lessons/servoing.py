@@ -444,7 +444,8 @@ def loop_map(
     back, and in the middle the largest one after that, both with exact features.
     Right, the root mean square of the true error all the way, when the features are off
     by `jitter` pixels.  Q / R = 0 is no compensation, infinity the raw measurement; a
-    cross marks the smallest error.  Bright yellow: 5 cm or more.
+    cross marks the smallest error, at the left one of many.  Bright yellow: 5 cm or
+    more.
     """
     maps = [np.minimum(z, MOST) for z in loop_errors(fps, rho, delay, jitter)]
     noise = f"RMS, {jitter:g} px of noise"
