@@ -182,8 +182,9 @@ def table_forensics(
     decimals: at the n in red, all of them can.  Marked below are sequences of BoBoT, by
     the number of their rows of truth less the first.  Then the whole table: each cell
     with its k for the n at the right, red where there is none, and the means of the
-    columns against the printed ones.  All numbers are the print's; nothing was run for
-    this figure.  Which sequence belongs to which row is inferred.
+    columns against the printed ones.  All numbers are those that our copy of the paper
+    reads; nothing was run for this figure.  Which sequence belongs to which row is
+    inferred.
     """
     found = hits(row, rounding)
     upper = fig.add_axes((0.07, 0.63, 0.915, 0.3))
