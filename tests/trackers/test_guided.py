@@ -159,6 +159,24 @@ def test_a_velocity_fades_while_the_target_is_hidden():
     np.testing.assert_allclose(state.velocity, (7.29, 0.0))
 
 
+@pytest.mark.parametrize("sure, back", [(0.25, True), (0.0, False)])
+def test_a_target_seen_beyond_doubt_is_taken_wherever_it_is(sure, back):
+    """The estimate stands far off, and the prior of the place would keep it there.
+
+    Half of the crowd is with it, half at the target.
+    """
+    tracker, clip = Guided(n=50, sure=sure), SPECIFICATION.sequence()
+    rng = np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    beside = displaced(clip.truth[0], 90, 50)
+    regions = np.where(np.arange(50)[:, None] % 2, beside, clip.truth[0])
+    crowd = state.particles._replace(regions=regions)
+    state = state._replace(region=beside, particles=crowd)
+    _, info = tracker.step(state, clip.frames[1], rng)
+    there = overlap(info["region"], clip.truth[1])
+    assert there > 0.9 if back else there < 0.1
+
+
 def test_a_box_that_touches_the_border_starts_with_the_part_that_is_seen():
     """Its particles are compared in the kernels that saw something; it comes in."""
     path = ((0.0, -18.0, 120.0, 0.0, 1.0), (20.0, 70.0, 120.0, 0.0, 1.0))
