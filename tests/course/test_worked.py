@@ -31,7 +31,7 @@ HELD = {
     "10_color_particle_filter": 0.8,
     "11_losing_and_finding": 0.8,
     "12_learning_model": 0.8,
-    "13_hybrid_resampling": 0.6,
+    "13_hybrid_resampling": 0.9,
     "14_fair_benchmark": 0.6,
     "15_more_than_colour": 0.7,
     "16_a_plane_in_space": 0.7,
