@@ -104,14 +104,14 @@ d > .6 flags 84 % of the missed frames and .3 % of the others, .525 (chosen) 90 
 .5 92 and 2.7, .45 96 and 14.  Nearly all of these misses are from the one run of F that
 stood beside the image.
 
-The other sequences at hand were looked at in four rounds, all without the start
-anywhere, and each with settings that had been chosen before.
+The other sequences at hand were looked at in five rounds, each with settings that had
+been chosen before, and the first four without the start anywhere.
 The first two, before the velocity was learnt from sure looks: .83
 on B, .82 on D, .84 on E, .70 on G; with two seeds .79 and .54 on I, and .24 and .56 on
 the pedestrian 1.  The third, with these settings: one run each, .83 on B, .82 on D, .84
 on E, .71 on G; with five seeds .79, .72, .71, .72 and .77 on I, and .58, .20, .54, .51
-and .28 on the pedestrian 1.  The fourth, with the same settings and five seeds, is that
-of the release: .83 on B, .82 on D, .84 on E, .70 on G, and .75, .71, .71, .72 and .79
+and .28 on the pedestrian 1.  The fourth, with the same settings and
+five seeds: .83 on B, .82 on D, .84 on E, .70 on G, and .75, .71, .71, .72 and .79
 on I, where another rounding of the same steps was enough for other paths; with A (.80),
 C (.89) and F (.67) a mean of .78, and 98 % of the seen frames above .2.  The pedestrian
 1 has .58, .20, .53, .56 and .28, the pedestrian 9 .73.
@@ -132,7 +132,8 @@ are lost (501, 503, 514) none is kept with a prior of the place that widens four
 as fast, four times the prior of the size, one that pulls back to the first size, or
 colours alone.
 
-In the fifth round, with the start anywhere and the same settings otherwise: hidden .91,
+The fifth round is that of the release, with the start anywhere and the same settings
+otherwise: hidden .91,
 passers .88, occlusion .80 and pillars .85, with 0, 0, 2 and 0 lost runs; blur .735,
 illumination .90, and all others as before, within .003.  The first version is still
 ahead, by .11 under blur, .06 in occlusion, and .03 in hidden, illumination and fast.
@@ -140,9 +141,10 @@ On I .78, with .75, .79, .79, .77 and .79, and the flag in 3 to 18 % of the miss
 frames; the other sequences as before, the pedestrian 1 (.43) among them.  So on BoBoT a
 mean of .79, and 99 % above .2.
 
-What is, was looked at frame by frame (pillars 505 and 507, occlusion 503 and 514).
-While a wall moves over the target, the estimate slides to the part that is still seen
-and shrinks, half a size and a fifth of the size, and the velocity learns the slide.
+Why they were lost was looked at frame by frame (pillars 505 and 507, occlusion 503 and
+514).  While a wall moves over the target, the estimate slides to the part that is still
+seen and shrinks, half a size and a fifth of the size, and the velocity learns the
+slide.
 The first version does so, too.  Behind the wall some patch has a distance of .35 to
 .45: neither hidden nor doubtful, so the prior of the place keeps its weight, velocity
 is learnt there and particles begin anew there.  When the target is back, with a

@@ -6,7 +6,6 @@ const PAUSE = 700; // [ms]
 function plays(picture) {
   const still = picture.src;
   const card = picture.closest(".mkt-card");
-  let others = [];
   let timer;
   const stop = () => {
     clearInterval(timer);
@@ -14,7 +13,7 @@ function plays(picture) {
   };
   const start = () => {
     if (matchMedia("(prefers-reduced-motion: reduce)").matches) return;
-    others = picture.dataset.moves.split(" ").map((src) => {
+    const others = picture.dataset.moves.split(" ").map((src) => {
       const other = new Image();
       other.src = src;
       return other;
