@@ -2,7 +2,7 @@
 
 import { resized } from "./crowd.js";
 import { coefficients, colorBins, corners, displaced, FILTER, filterInit, filterStep, linspace, logLikelihood, MOTION, overlap, random, restless, warp } from "./engine.js"; // prettier-ignore
-import { grained } from "./objects.js";
+import { grained } from "./grain.js";
 import { axes, Canvas, Controls, dot, el, load, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
 
 const BEATS = ["1 predict", "2 weigh", "3 estimate", "4 draw"];

@@ -10,6 +10,7 @@ import { newton } from "./newton.js";
 import { resampling } from "./resampling.js";
 import { successCurves } from "./success.js";
 import { blur, surfaces } from "./surfaces.js";
+import { wall } from "./wall.js";
 
 const LIVE = {
   "own.beats": beats,
@@ -21,6 +22,7 @@ const LIVE = {
   "teuliere2009.fig2": kernels,
   "teuliere2009.fig3": surfaces,
   "teuliere2009.fig4": blur,
+  "teuliere2009.fig6": wall,
 };
 
 // The first panel of each live figure that has sliders, {name: panel}.
@@ -34,13 +36,18 @@ function found() {
   return panels;
 }
 
+function worker() {
+  const text = new Blob([WORKER], { type: "text/javascript" });
+  return new Worker(URL.createObjectURL(text));
+}
+
 // What was drawn beforehand stands there until the figure comes near.
 function begin(panel, file) {
   panel.classList.add("mkt-soon");
   const start = ([{ isIntersecting }], observer) => {
     if (!isIntersecting) return;
     observer.disconnect();
-    LIVE[file](panel, file);
+    LIVE[file](panel, file, worker);
   };
   new IntersectionObserver(start, { rootMargin: "800px" }).observe(panel);
 }
@@ -53,7 +60,5 @@ document.addEventListener("DOMContentLoaded", () => {
   for (const [file, panel] of panels)
     if (file.endsWith(`.${key}`)) panel.scrollIntoView();
   const place = document.querySelector("[data-live=track]");
-  if (!place) return;
-  const text = new Blob([WORKER], { type: "text/javascript" });
-  camera(place, new Worker(URL.createObjectURL(text)));
+  if (place) camera(place, worker());
 });

@@ -2,7 +2,8 @@
 // by side: of two layouts of kernels, or of a sharp frame and a blurred one.
 
 import { blurred, colorBins, corners, displaced, distanceAt, learn, linspace, warp } from "./engine.js"; // prettier-ignore
-import { grained, still } from "./objects.js";
+import { grained } from "./grain.js";
+import { still } from "./objects.js";
 import { axes, Canvas, Controls, el, load, number, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
 
 const [CELLS, COARSE] = [61, 4]; // a side; while a hand moves, every fourth

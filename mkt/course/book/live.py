@@ -18,16 +18,20 @@ import matplotlib
 import numpy as np
 
 from mkt.colors import SPACES, ColorBins
+from mkt.evaluation import HIT, LAST, SEEN
 from mkt.figures.film import webm
 from mkt.figures.registry import FIGURES
 from mkt.figures.static_panel import label
 from mkt.files import PACKAGE
 from mkt.papers.lessons import beats, benchmark
 from mkt.papers.lessons.trackers import spread_distances
+from mkt.papers.teuliere2009 import tracking
 from mkt.papers.teuliere2009.histograms import WIDTH, still
 from mkt.plotting import EIGHT, SURFACE, bin_colors
+from mkt.plotting import TRACKERS as COLORS
 from mkt.scenes.drawn import Drawn
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.rendering import Layer, Scene, regions
+from mkt.scenes.teuliere2009 import hidden
 from mkt.scenes.textures import OBJECTS, texture
 from mkt.sequences.carphone import carphone
 from mkt.trackers.by_name import LABELS, SLOW, TRACKERS
@@ -35,12 +39,15 @@ from mkt.types import Frame, NDArray
 
 MODULES = PACKAGE / "live"
 SCRIPT = "live.js"
+COMMENT = re.compile(r"^ *//.*\n", re.MULTILINE)
 IMPORT = re.compile(r'^import (\{[^}]*\}) from "\./(\w+)\.js";', re.MULTILINE)
 EXPORT = re.compile(
     r"^export ((?:async )?(?:const|function|class) (\w+))", re.MULTILINE
 )
 QUALITY = 50  # of frames that are only looked at
 PLAYED = 75  # frames of the clip, a quarter of a megabyte less than all
+STEP = 0.25  # frames between the places of a path: its shutter opens and shuts at them
+BRICKS = 200  # [px] across, of the picture of a screen
 LOSSLESS = (cv2.IMWRITE_WEBP_QUALITY, 101)
 FINE = (cv2.IMWRITE_WEBP_QUALITY, 92)  # of what is binned
 LOSSY = (cv2.IMWRITE_WEBP_QUALITY, QUALITY)
@@ -54,6 +61,7 @@ def scripts() -> dict[str, str]:
         "fig2": {"fields": _fields("teuliere2009.fig2")},
         "fig3": {"fields": _fields("teuliere2009.fig3"), "viridis": _viridis()},
         "fig4": _blur(),
+        "fig6": _wall(),
         "newton": {"fields": _fields("own.newton")},
         "resampling": _resampling(),
         "root_locus": {"fields": _fields("own.root_locus"), "viridis": _viridis()},
@@ -87,6 +95,7 @@ def joined(name: str, known: set[str] | None = None) -> str:
     needed = [other for _, other in IMPORT.findall(text) if other not in known]
     before = "".join(joined(other, known) for other in needed if other not in known)
     exported = ", ".join(found for _, found in EXPORT.findall(text))
+    text = COMMENT.sub("", text)  # a third of what a reader would load
     text = EXPORT.sub(r"\1", IMPORT.sub(r"const \1 = \2_js;", text))
     body = f"{text}\nreturn {{ {exported} }};"
     return f"{before}const {name}_js = (() => {{\n{body}\n}})();\n"
@@ -100,9 +109,35 @@ def _beats() -> dict[str, Any]:
         "size": scene.size,
         "truth": scene.sequence().truth.round(3).tolist(),
         "ground": _ground(),
-        "car": _uri("webp", _webp(car)),
+        "car": _uri("webp", _webp(car, LOSSLESS)),
         "bricks": _uri("webp", _webp(_reduced("bricks", round(beats.BRICKS)))),
         "fields": _fields("own.beats"),
+    }
+
+
+def _wall() -> dict[str, Any]:
+    """What figure 6 is painted of, beside the ground and the car of own.beats."""
+    fields = _fields("teuliere2009.fig6")
+    scenes = [hidden(seed) for seed in map(int, fields["seed"]["options"])]
+    scene = scenes[0]
+    times = np.arange(-1, scene.length + STEP, STEP)
+    paths = [regions(each, each.target, times) for each in scenes]
+    return {
+        "fields": fields,
+        "size": scene.size,
+        "length": scene.length,
+        "shutter": scene.shutter,
+        "first": tracking.FIRST,
+        "runs": tracking.RUNS,
+        "limits": {"seen": SEEN, "last": LAST, "hit": HIT},
+        "times": [-1, STEP],
+        "halves": paths[0][0, 3:].tolist(),
+        "paths": [path[:, :3].round(3).tolist() for path in paths],
+        "bricks": _uri("webp", _webp(_reduced("bricks", BRICKS), FINE)),
+        "trackers": [
+            {"name": name, "label": LABELS[name], "color": color}
+            for name, color in COLORS.items()
+        ],
     }
 
 
@@ -110,7 +145,7 @@ def _ground() -> str:
     """The workshop without anything before it."""
     nobody = Layer("car", 1.0, ((0.0, -999.0, 0.0, 0.0, 1.0),))
     empty = Scene(nobody, length=1, noise=0.0).sequence().frames[0]
-    return _uri("webp", _webp(empty, FINE))
+    return _uri("webp", _webp(empty, LOSSLESS))
 
 
 def _blur() -> dict[str, Any]:
