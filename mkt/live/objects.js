@@ -1,6 +1,7 @@
 // The objects of chapters 1 and 2: a picture of each, and the bins of two frames.
 
-import { load, pixels } from "./page.js";
+import { load } from "./host.js";
+import { pixels } from "./page.js";
 
 // The two bin images of an object that share a picture: low bytes and high bits.
 async function binImages(address, m) {

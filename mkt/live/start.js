@@ -1,29 +1,8 @@
-// Which figures of a page are live, and how each begins.  WORKER is the text of the
-// worker: pages on a disk may start one only from a text that they hold.
+// A page of the book: its live figures, and the camera.
 
-import { beats } from "./beats.js";
 import { camera } from "./camera.js";
-import { histogramsOf } from "./histograms.js";
-import { kernels } from "./kernels.js";
-import { rootLocus } from "./loop.js";
-import { newton } from "./newton.js";
-import { resampling } from "./resampling.js";
-import { successCurves } from "./success.js";
-import { blur, surfaces } from "./surfaces.js";
-import { wall } from "./wall.js";
-
-const LIVE = {
-  "own.beats": beats,
-  "own.newton": newton,
-  "own.resampling": resampling,
-  "own.root_locus": rootLocus,
-  "own.success": successCurves,
-  "teuliere2009.fig1": histogramsOf,
-  "teuliere2009.fig2": kernels,
-  "teuliere2009.fig3": surfaces,
-  "teuliere2009.fig4": blur,
-  "teuliere2009.fig6": wall,
-};
+import { LIVE } from "./figures.js";
+import { worker } from "./host.js";
 
 // The first panel of each live figure that has sliders, {name: panel}.
 function found() {
@@ -36,18 +15,13 @@ function found() {
   return panels;
 }
 
-function worker() {
-  const text = new Blob([WORKER], { type: "text/javascript" });
-  return new Worker(URL.createObjectURL(text));
-}
-
 // What was drawn beforehand stands there until the figure comes near.
 function begin(panel, file) {
   panel.classList.add("mkt-soon");
   const start = ([{ isIntersecting }], observer) => {
     if (!isIntersecting) return;
     observer.disconnect();
-    LIVE[file](panel, file, worker);
+    LIVE[file](panel, file);
   };
   new IntersectionObserver(start, { rootMargin: "800px" }).observe(panel);
 }

@@ -3,7 +3,8 @@
 
 import { beside, corners, errors, overlap } from "./engine.js";
 import { Exposure } from "./exposure.js";
-import { axes, Canvas, Controls, el, load, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
+import { load, worker } from "./host.js";
+import { axes, Canvas, Controls, el, outline, pixels, takeOver } from "./page.js";
 
 const SLICE = 12; // [ms] of painting before the page may breathe
 const PATIENCE = 150; // [ms] of rest before a wall is built anew
@@ -49,10 +50,10 @@ class Wall {
     this.labels = [...body.rows].map((row) => row.firstChild);
     const scroll = el("div", { class: "mkt-wide mkt-table", tabindex: 0, role: "region", "aria-label": "The errors of all trackers" }, table); // prettier-ignore
     const left = el("div", {}, this.frame.node, this.said);
-    const stage = el("div", { class: "mkt-stage mkt-film" }, left, this.rows.node, scroll); // prettier-ignore
+    this.stage = el("div", { class: "mkt-stage mkt-film" }, left, this.rows.node, scroll); // prettier-ignore
     const hint = el("p", { class: "mkt-note" }, "Draw along the curves, or take the arrow keys, to see another frame: thick is run 0, whose boxes the frame shows; black and white is the truth. In the table, medians over five runs of a run's median error before the wall and after it."); // prettier-ignore
     const { node, note } = this.controls;
-    takeOver(panel, node, note, stage, hint, this.controls.copies());
+    takeOver(panel, node, note, this.stage, hint, this.controls.copies());
   }
 
   // The frames
@@ -164,6 +165,7 @@ class Wall {
     const [all, left] = [this.jobs().length, this.missing().length];
     const done = left ? `${all - left} of ${all} runs done` : "all runs done";
     const state = this.photos ? done : "painting the frames";
+    this.stage.setAttribute("aria-busy", String(!this.photos || left > 0));
     const hidden = 100 - Math.round(100 * this.visible(frame));
     this.said.textContent = `Frame ${frame} of ${this.length - 1}: the wall hides ${hidden} % of the car. ${state}.`; // prettier-ignore
     this.fill();
@@ -229,7 +231,7 @@ class Wall {
       Object.assign(pen, { fillStyle: ink, strokeStyle: ink, lineWidth: 1 });
       const box = this.boxOf(i, width);
       const last = i === this.trackers.length - 1;
-      const { across, down } = axes(pen, box, { x: [0, this.length - 1], y: limits, ylabel: this.labelOf(tracker), xlabel: last ? "frame" : "" }); // prettier-ignore
+      const { across, down } = axes(pen, box, { x: [0, this.length - 1], y: limits, ylabel: this.labelOf(tracker), xlabel: last ? "frame" : "", bare: !last }); // prettier-ignore
       pen.save();
       pen.beginPath();
       pen.rect(...box);
@@ -283,9 +285,9 @@ class Wall {
 
 const bitmap = async (address) => createImageBitmap(await pixels(address));
 
-export async function wall(panel, name, worker) {
-  const [data, film] = await Promise.all([load("fig6"), load("beats")]);
-  const [ground, car, bricks] = await Promise.all([film.ground, film.car, data.bricks].map(bitmap)); // prettier-ignore
+export async function wall(panel, name) {
+  const [data, film, workshop] = await Promise.all(["fig6", "beats", "workshop"].map(load));
+  const [ground, car, bricks] = await Promise.all([workshop.picture, film.car, data.bricks].map(bitmap)); // prettier-ignore
   const figure = new Wall(panel, name, data, { ground, car, bricks }, worker());
   figure.controls.show();
   if (!figure.controls.read()) figure.follow(figure.controls.values);
