@@ -53,9 +53,12 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    what was run for the release
 `mkt.figures`      `~mkt.figures.registry`, `~mkt.figures.panel`,
                    `~mkt.figures.tooltips`, `~mkt.figures.static_panel`,
-                   `~mkt.figures.export`, `~mkt.figures.light_pdf`, `~mkt.figures.film`
+                   `~mkt.figures.live`, `~mkt.figures.live_panel`,
+                   `~mkt.figures.data_uri`, `~mkt.figures.export`,
+                   `~mkt.figures.light_pdf`, `~mkt.figures.film`
 `mkt.papers`       what is drawn and claimed, a folder for each paper;
-                   `~mkt.papers.runs` keeps the runs
+                   `~mkt.papers.runs` keeps the runs, `~mkt.papers.live` has what
+                   live figures are given
 `mkt.own_video`    `~mkt.own_video.box`, `~mkt.own_video.settings`,
                    `~mkt.own_video.recording`,
                    `~mkt.own_video.overlay`, `~mkt.own_video.webcam`,

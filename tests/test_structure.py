@@ -46,7 +46,7 @@ ENTRANCES = {"__init__", "__main__"}  # the names for outside, and the command
 DOORS = {
     "matplotlib": {"plotting", "figures", "papers", "own_video", "course"},
     "ipywidgets": {"figures", "own_video"},
-    "anywidget": {"own_video"},
+    "anywidget": {"figures", "own_video"},
     "sphinx": {"course"},
     "nbclient": {"course"},
     "control": {"servoing"},

@@ -1,10 +1,11 @@
 """One door to every figure: `show` draws one in a notebook, `explore` adds its sliders.
 
-In JupyterLab `explore` is a live panel (`mkt.figures.panel`): the running kernel draws
-every slider position that is asked for.  In the book there is no kernel, so with
-``MKT_STATIC=1`` in the environment it is a `mkt.figures.static_panel.StaticPanel`: a
-few positions of each slider, drawn beforehand.  Both have ``values``, the parameters as
-they stand, so that a later cell reads the same in either.
+In JupyterLab `explore` is a panel whose every slider position the running kernel draws
+(`mkt.figures.panel`), or a live one that computes in the browser
+(`mkt.figures.live_panel`).  In the book there is no kernel, so with ``MKT_STATIC=1`` in
+the environment it is a `mkt.figures.static_panel.StaticPanel`: the live one again, or a
+few positions of each slider, drawn beforehand.  All have ``values``, the parameters as
+they stand, so that a later cell reads the same in any.
 
 Explained in notebook 01.
 """
@@ -50,15 +51,19 @@ def explore(name: str, **fixed: Any) -> Any:
 
     Returns
     -------
-    Panel or StaticPanel
-        The latter in the book.
+    Panel, LivePanel or StaticPanel
+        The last in the book; a live one where the figure is live and nothing is fixed.
 
     Raises
     ------
     ValueError
         For an unknown figure or parameter, with the known ones.
     """
-    from mkt.figures import panel, registry, static_panel
+    from mkt.figures import live_panel, panel, registry, static_panel
 
     entry = registry.FIGURES[name]
-    return (static_panel.StaticPanel if is_static() else panel.Panel)(entry, fixed)
+    if is_static():
+        return static_panel.StaticPanel(entry, fixed)
+    if entry.live and not fixed:
+        return live_panel.LivePanel(entry)
+    return panel.Panel(entry, fixed)

@@ -4,7 +4,6 @@ So neither a network nor a kernel is needed.  They are WebM with VP8, which brow
 play and OpenCV can write by itself, at about one bit for each pixel of each picture.
 """
 
-import base64
 import html
 from collections.abc import Iterable
 from itertools import chain
@@ -14,6 +13,7 @@ from tempfile import TemporaryDirectory
 import cv2
 from IPython.display import HTML
 
+from mkt.figures.data_uri import data_uri
 from mkt.sequences.writing import video_writer
 from mkt.types import Frame
 
@@ -46,8 +46,8 @@ def play(frames: Iterable[Frame], fps: float, alt: str) -> HTML:
     return HTML(
         f'<video controls muted playsinline width="{last.shape[1]}" '
         f'style="max-width: 100%; height: auto" aria-label="{text}" '
-        f'poster="{_uri("image/webp", poster.tobytes())}" '
-        f'src="{_uri("video/webm", film)}">{text}</video>'
+        f'poster="{data_uri("image/webp", poster.tobytes())}" '
+        f'src="{data_uri("video/webm", film)}">{text}</video>'
     )
 
 
@@ -69,7 +69,3 @@ def webm(frames: Iterable[Frame], fps: float) -> tuple[bytes, Frame]:
                     )
                 writer.write(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
         return path.read_bytes(), picture
-
-
-def _uri(kind: str, data: bytes) -> str:
-    return f"data:{kind};base64,{base64.b64encode(data).decode()}"

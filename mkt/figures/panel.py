@@ -84,7 +84,7 @@ class Panel(ipywidgets.VBox):
         self._show()  # a mistake in `fixed` ends the cell, as any mistake does
         words = ipywidgets.HTML(caption(entry))
         super().__init__([self._row(), self._image, self._trouble, words])
-        self.add_class("mkt-panel")
+        self.add_class("mkt-drawn")
         self._listen(True)
 
     def _row(self) -> ipywidgets.HBox:

@@ -7,8 +7,8 @@ registers a drawing function ``fig3(fig, *, span=1.0, bins="hsv", ...)``.  Its *
 are the paper's values* where the paper prints any, the decorator's keyword arguments
 are the *sliders*: ``(low, high, step)`` for numbers, a list for choices;
 ``grid=("span", "bins")`` names two that move together where every position is drawn
-beforehand (`mkt.figures.static_panel`), and ``live=True`` says that the book's page
-computes the figure by itself.
+beforehand (`mkt.figures.static_panel`), and ``live=("fig3", ...)`` says that the book's
+page computes the figure by itself, and from which data it begins (`mkt.figures.live`).
 
 The function draws on the `matplotlib.figure.Figure` it is given and returns what it
 shows as `Shown`: a tidy table, which is what a CSV file of the figure holds, and single
@@ -110,8 +110,9 @@ class Entry:
     sliders : dict
     grid : tuple of str
         Two sliders that are one grid, or none.
-    live : bool
-        Whether it computes in the book's page (`mkt/live`).
+    live : tuple of str
+        Of a figure that computes by itself in a page (`mkt/live`), the names of the
+        data that it begins with.
     """
 
     name: str
@@ -119,7 +120,7 @@ class Entry:
     size: tuple[float, float]
     sliders: dict[str, Any]
     grid: tuple[str, ...] = ()
-    live: bool = False
+    live: tuple[str, ...] = ()
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -208,7 +209,7 @@ def figure(
     name: str,
     size: tuple[float, float] = (8.0, 4.0),
     grid: tuple[str, ...] = (),
-    live: bool = False,
+    live: tuple[str, ...] = (),
     **sliders: Any,
 ) -> Callable:
     """Decorator: register a drawing function under ``paper.name``.

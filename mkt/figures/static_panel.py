@@ -9,7 +9,6 @@ default values is drawn: it stands there until the page is ready.
 Explained in notebook 01.
 """
 
-import base64
 import html
 import itertools
 import json
@@ -22,6 +21,7 @@ import jinja2
 import numpy as np
 from matplotlib.figure import Figure
 
+from mkt.figures.data_uri import data_uri
 from mkt.figures.registry import Entry, Shown
 from mkt.plotting import in_style
 
@@ -33,6 +33,7 @@ POSITIONS, IN_A_GRID = 9, 5  # of a slider, at most
 # Of the site: NAME.avif, NAME.pdf and NAME.csv of each figure with its defaults.
 FILES = "_static/figures"
 SCRIPT = Path(__file__).with_suffix(".js")
+STYLE = Path(__file__).with_name("panel.css")
 _TEMPLATES = jinja2.Environment(
     loader=jinja2.FileSystemLoader(Path(__file__).parent),
     autoescape=True,
@@ -103,8 +104,7 @@ class StaticPanel:
         fig, shown = self._entry.draw(PAGE_DPI, **values)
         picture = encoded(fig, ".avif", *AVIF)
         self._drawn[tuple(values.values())] = len(self._frames)
-        data = base64.b64encode(picture).decode()
-        self._frames.append(f"data:image/avif;base64,{data}")
+        self._frames.append(data_uri("image/avif", picture))
         return shown
 
     def _repr_html_(self) -> str:

@@ -2,8 +2,9 @@
 
 import { resized } from "./crowd.js";
 import { coefficients, colorBins, corners, displaced, FILTER, filterInit, filterStep, linspace, logLikelihood, MOTION, overlap, random, restless, warp } from "./engine.js"; // prettier-ignore
-import { grained } from "./objects.js";
-import { axes, Canvas, Controls, dot, el, load, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
+import { grained } from "./grain.js";
+import { load } from "./host.js";
+import { axes, Canvas, Controls, dot, el, outline, pixels, takeOver } from "./page.js";
 
 const BEATS = ["1 predict", "2 weigh", "3 estimate", "4 draw"];
 const WORDS = [
@@ -347,8 +348,8 @@ class Beats {
 const bitmap = async (address) => createImageBitmap(await pixels(address));
 
 export async function beats(panel, name) {
-  const data = await load("beats");
-  const [ground, car, bricks] = await Promise.all([data.ground, data.car, data.bricks].map(bitmap)); // prettier-ignore
+  const [data, workshop] = await Promise.all(["beats", "workshop"].map(load));
+  const [ground, car, bricks] = await Promise.all([workshop.picture, data.car, data.bricks].map(bitmap)); // prettier-ignore
   const figure = new Beats(panel, name, data, { ground, car, bricks });
   figure.controls.show();
   if (!figure.controls.read()) figure.follow(true);

@@ -1,7 +1,8 @@
 // Track something now: a camera, a video file or the book's clip, followed on the page.
 
 import { COMBINED, corners, MOTION, restless, SCHEMES } from "./engine.js";
-import { axes, Canvas, Controls, el, load, outline } from "./page.js";
+import { load } from "./host.js";
+import { axes, Canvas, Controls, el, outline } from "./page.js";
 
 const LARGEST = 320; // [px] a side of the picture that is tracked
 const KEPT = 150; // frames of the curves

@@ -574,21 +574,77 @@ export const COMBINED = { filter: FILTER, ssd: SSD, threshold: 0.6, refines: tru
 
 export const combinedInit = (options, image, region, rng) => ({
   filter: filterInit(options.filter, image, region, rng),
-  ssd: {
-    target: learn(image, region, options.ssd.kernels),
-    size: Math.sqrt(region[3] * region[4]),
-  },
+  ssd: ssdInit(options.ssd, image, region),
 });
 
-// The filter, then its estimate refined where the target is seen.
+// The estimate of the filter, refined where the target is seen: the switch.
+function refined(options, ssd, image, info) {
+  if (!options.refines || info.distance > options.threshold) return { ...info, steps: 0 };
+  const better = refine(options.ssd, ssd, image, info.region);
+  const lost = better.distance > options.ssd.lostAbove;
+  return { ...info, ...better, lost };
+}
+
 export function combinedStep(options, state, image, rng) {
   const [filter, info] = filterStep(options.filter, state.filter, image, rng);
-  const next = { ...state, filter };
-  if (!options.refines || info.distance > options.threshold)
-    return [next, { ...info, steps: 0 }];
-  const better = refine(options.ssd, state.ssd, image, info.region);
-  const lost = better.distance > options.ssd.lostAbove;
-  return [next, { ...info, ...better, lost }];
+  return [{ ...state, filter }, refined(options, state.ssd, image, info)];
+}
+
+export const ssdInit = (options, image, region) => ({
+  target: learn(image, region, options.kernels),
+  size: Math.sqrt(region[3] * region[4]),
+  region,
+});
+
+// Minimise from the last estimate.
+export function ssdStep(options, state, image) {
+  const found = refine(options, state, image, state.region);
+  const lost = found.distance > options.lostAbove;
+  return [{ ...state, region: found.region }, { ...found, lost }];
+}
+
+// What a tracker [init, step, options] finds in every image after the first one.
+export function track([init, step, options], images, region, rng) {
+  let state = init(options, images[0], region, rng);
+  return images.slice(1).map((image) => {
+    let found;
+    [state, found] = step(options, state, image, rng);
+    return found;
+  });
+}
+
+// The same as `track` of the combination, from what its filter found: the filter knows
+// nothing of the steps that follow it, so another threshold needs no other filter.
+export function refinedTrack(options, images, region, found) {
+  const ssd = ssdInit(options.ssd, images[0], region);
+  return found.map((info, k) => refined(options, ssd, images[k + 1], info));
+}
+
+// The screen before the target: mkt.scenes.teuliere2009
+
+// Its width, and its middle at any time; `regionAt(t)` is the target's region.
+export function screen(regionAt, { shutter, first, frames, speed = 24 }) {
+  const ends = [first - shutter / 2, first + frames - 1 + shutter / 2];
+  const reach = ends.map((end) => {
+    const [, , theta, hx, hy] = regionAt(end);
+    return hx * Math.abs(Math.cos(theta)) + hy * Math.abs(Math.sin(theta));
+  });
+  const left = (t) => -reach[0] - speed * (t - ends[0]);
+  const right = (t) => reach[1] - speed * (t - ends[1]);
+  const middle = (t) => {
+    const [x, y] = regionAt(t);
+    return [x + (left(t) + right(t)) / 2, y];
+  };
+  return { width: Math.ceil(right(0) - left(0)), middle };
+}
+
+const MANY = linspace(-0.98, 0.98, 50);
+
+// The share of a region's box that lies beside a screen with this middle and width.
+export function beside(region, [middle], width) {
+  const points = MANY.flatMap((y) => MANY.map((x) => warp(region, [x, y])));
+  const out = points.filter(([x]) => Math.abs(x - middle) > width / 2);
+  return out.length / points.length;
 }
 
 // The loop of one feature: mkt.servoing.poles, mkt.servoing.self_motion
@@ -723,6 +779,13 @@ export function overlap(one, other) {
   );
   const both = common.length ? area(common) : 0;
   return both / (area(corners(one)) + area(around) - both);
+}
+
+// How far a region is off the truth: [px, rad].
+export function errors([x, y, theta], [trueX, trueY, turn]) {
+  const off = theta - turn;
+  const wrapped = Math.abs(Math.atan2(Math.sin(off), Math.cos(off)));
+  return [Math.hypot(x - trueX, y - trueY), wrapped];
 }
 
 // The share of overlaps above each limit.

@@ -2,7 +2,8 @@
 
 import { corners, displaced, distanceAt, fitted, histograms, layout, learn, look, warp } from "./engine.js"; // prettier-ignore
 import { still } from "./objects.js";
-import { axes, Canvas, Controls, el, load, number, outline, takeOver } from "./page.js"; // prettier-ignore
+import { load } from "./host.js";
+import { axes, Canvas, Controls, el, number, outline, takeOver } from "./page.js";
 
 const SHOWN = [60, 30, 200, 180]; // of the frame: left, top, width, height [px]
 const NEAR = 12; // [px] from a bar, to have meant it

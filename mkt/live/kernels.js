@@ -2,7 +2,8 @@
 
 import { fitted, layout, pixelGrid } from "./engine.js";
 import { still } from "./objects.js";
-import { Canvas, Controls, el, load, number, takeOver } from "./page.js";
+import { load } from "./host.js";
+import { Canvas, Controls, el, number, takeOver } from "./page.js";
 
 const SAMPLES = 1200;
 const [BLUE, LIGHT] = ["#1e7dc1", "#fff"];

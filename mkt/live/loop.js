@@ -1,7 +1,8 @@
 // own.root_locus, live: the poles of the loop, dragged along their way, and its answer.
 
 import { linspace, oneFeature, poles } from "./engine.js";
-import { axes, Canvas, Controls, el, load, number, takeOver } from "./page.js";
+import { load } from "./host.js";
+import { axes, Canvas, Controls, el, number, takeOver } from "./page.js";
 
 const RATIOS = { off: 0, raw: Infinity, Kalman: 1 }; // Q / R of the filters
 const [MOST, STEPS] = [10, 101]; // [1/s] gains of the locus, and how many

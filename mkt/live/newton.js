@@ -2,7 +2,8 @@
 
 import { corners, differentiate, displaced, distanceAt, learn, moved, newtonPath, newtonStep, overlap, warp } from "./engine.js"; // prettier-ignore
 import { still } from "./objects.js";
-import { axes, Canvas, Controls, el, load, number, outline, takeOver } from "./page.js"; // prettier-ignore
+import { load } from "./host.js";
+import { axes, Canvas, Controls, el, number, outline, takeOver } from "./page.js";
 
 const STEPS = 10;
 const SHORT = 1e-2; // a step that ends the way of a start on the map

@@ -1,18 +1,7 @@
 // The objects of chapters 1 and 2: a picture of each, and the bins of two frames.
 
-import { random } from "./engine.js";
-import { load, pixels } from "./page.js";
-
-const NOISE = 3; // of the sensor [grey levels], as in mkt.scenes.rendering
-const TABLE = 65536;
-let grain = null;
-
-// Add the sensor's noise of frame k to pixels (RGBA), in place.
-export function grained(data, k) {
-  grain ??= random(1).normals(TABLE).map((each) => NOISE * each); // prettier-ignore
-  for (let i = 0, p = 7919 * k; i < data.length; i += 4)
-    for (let channel = 0; channel < 3; channel++, p++) data[i + channel] += grain[p % TABLE];
-}
+import { load } from "./host.js";
+import { pixels } from "./page.js";
 
 // The two bin images of an object that share a picture: low bytes and high bits.
 async function binImages(address, m) {

@@ -1,6 +1,7 @@
 // What live figures share: controls whose values a link carries, crisp canvases, data.
 
-const HERE = document.currentScript.src;
+import { host } from "./host.js";
+
 const TEXT = 12; // [px]
 
 // An element with attributes, listeners ("onclick") and children; texts stay texts.
@@ -12,18 +13,6 @@ export function el(tag, attributes = {}, ...children) {
     else if (value !== false) node.setAttribute(name, value);
   node.append(...children);
   return node;
-}
-
-// The data of a figure, from a script beside this one: pages on a disk may not fetch.
-export function load(name) {
-  const known = (globalThis.mktData ??= {});
-  return new Promise((resolve, reject) => {
-    if (known[name]) return resolve(known[name]);
-    const src = new URL(`live/${name}.js`, HERE).href;
-    const onload = () => resolve(known[name]);
-    const onerror = () => reject(new Error(`${src} is missing: build the book anew`));
-    document.head.append(el("script", { src, onload, onerror }));
-  });
 }
 
 // The pixels of a picture given as a data address.
@@ -53,8 +42,9 @@ function understood(field, words) {
   throw new Error(`must be a number from ${low} to ${high}`);
 }
 
-const shownAs = ({ options, step }, value) =>
-  options ? value : value.toFixed(step < 1 ? (step < 0.1 ? 2 : 1) : 0);
+const places = ({ step }) => (step < 1 ? (step < 0.1 ? 2 : 1) : 0);
+
+const shownAs = (field, value) => (field.options ? value : value.toFixed(places(field)));
 
 function inputOf(name, field, moved) {
   const id = `live-${name}-${++serial}`;
@@ -67,11 +57,18 @@ function inputOf(name, field, moved) {
   }
   const limits = { min: low, max: high, step, value };
   const input = el("input", { id, type: "range", ...limits });
-  const output = el("output", { for: id });
+  const typed = el("input", { type: "number", "aria-label": `${title}, as a number`, ...limits }); // prettier-ignore
   input.addEventListener("input", () => moved(Number(input.value), true));
   input.addEventListener("change", () => moved(Number(input.value)));
-  const node = el("span", { class: "mkt-control" }, label, input, output);
-  return { node, input, output };
+  const take = () => {
+    const words = typed.value === "" ? input.value : typed.value;
+    moved(Number(Number(words).toFixed(places(field))));
+  };
+  typed.addEventListener("change", take);
+  // JupyterLab keeps the change that Enter brings to itself.
+  typed.addEventListener("keydown", ({ key }) => key === "Enter" && take());
+  const node = el("span", { class: "mkt-control" }, label, input, typed);
+  return { node, input, typed };
 }
 
 // Controls of a figure.  `fields` has {name: field}; a field with `own` is no parameter
@@ -95,7 +92,7 @@ export class Controls {
     this.node.append(
       el("button", { type: "button", class: "mkt-reset", onclick: reset }, "reset"),
     );
-    addEventListener("hashchange", () => this.read());
+    host.heard(() => this.read());
   }
 
   // Move some controls; `quick` while a hand is still moving them.
@@ -106,15 +103,16 @@ export class Controls {
     }
     this.show();
     this.changed(this.values, quick, asked);
-    if (!quick) this.write();
+    if (!quick) host.keep(this.key, this.settings(), this.values);
   }
 
   show() {
-    for (const [name, { input, output }] of Object.entries(this.inputs)) {
+    for (const [name, { input, typed }] of Object.entries(this.inputs)) {
       const words = shownAs(this.fields[name], this.values[name]);
       input.value = this.values[name];
-      if (output) output.value = words;
-      if (output) input.setAttribute("aria-valuetext", words);
+      if (!typed) continue;
+      typed.value = words;
+      input.setAttribute("aria-valuetext", words);
     }
   }
 
@@ -125,25 +123,19 @@ export class Controls {
     );
   }
 
-  address() {
+  // What was moved, as a link carries it.
+  settings() {
     const settings = this.moved(true).map(([name, value]) => {
       const words = shownAs(this.fields[name], value);
       return `${name}=${encodeURIComponent(words)}`;
     });
-    return `#${this.key}${settings.length ? "?" : ""}${settings.join("&")}`;
+    return settings.join("&");
   }
 
-  write() {
-    const address = this.address();
-    const mine = location.hash.split("?")[0] === `#${this.key}`;
-    if (location.hash === address || (!mine && address === `#${this.key}`)) return;
-    history.pushState(null, "", address);
-  }
-
-  // Take over what the page's address says of this figure, and say what is wrong in it.
+  // Take over what is asked of this figure, and say what is wrong in it.
   read() {
-    const [key, words = ""] = location.hash.split("?");
-    if (key !== `#${this.key}`) return false;
+    const words = host.asked(this.key);
+    if (words === null) return false;
     const wrong = [];
     const values = { ...this.start };
     for (const [name, word] of new URLSearchParams(words))
@@ -173,7 +165,7 @@ export class Controls {
 
   // Buttons that copy the link, and the command where Python draws the figure too.
   copies(inPython = true) {
-    const link = () => location.href.split("#")[0] + this.address();
+    const link = () => host.link(this.key, this.settings());
     const copied = async (words) => {
       try {
         await navigator.clipboard.writeText(words);
@@ -184,8 +176,9 @@ export class Controls {
     };
     const button = (title, words) =>
       el("button", { type: "button", onclick: () => copied(words()) }, title);
-    const buttons = [button("link to what is shown", link)];
-    if (inPython) buttons.push(" ", button("command for a PDF of it", () => this.command()));
+    const buttons = [];
+    if (host.link) buttons.push(button("link to what is shown", link), " ");
+    if (inPython) buttons.push(button("command for a PDF of it", () => this.command()));
     return el("p", { class: "mkt-note mkt-files" }, "Copy: ", ...buttons);
   }
 }
@@ -201,7 +194,7 @@ export class Canvas {
     const again = () => this.redraw();
     new ResizeObserver(again).observe(this.node);
     new MutationObserver(again).observe(document.body, {
-      attributeFilter: ["data-theme"],
+      attributeFilter: ["data-theme", "data-jp-theme-name"],
     });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
   }
@@ -278,13 +271,14 @@ function ticks(low, high, most) {
 
 export const number = (value) => String(Number(value.toPrecision(6))).replace("-", "\u2212");
 
-// Axes round a box [left, top, width, height]: functions from values to its pixels.
-export function axes(pen, [left, top, width, height], { x, y, xlabel, ylabel }) {
+// Axes round a box [left, top, width, height]: functions from values to its pixels.  Bare
+// ones have no numbers along x, where another box below has them.
+export function axes(pen, [left, top, width, height], { x, y, xlabel, ylabel, bare }) {
   const across = (value) => left + ((value - x[0]) / (x[1] - x[0])) * width;
   const down = (value) => top + height - ((value - y[0]) / (y[1] - y[0])) * height;
   pen.strokeRect(left, top, width, height);
   pen.textAlign = "center";
-  for (const tick of ticks(...x, Math.max(width / 60, 2)))
+  for (const tick of bare ? [] : ticks(...x, Math.max(width / 60, 2)))
     pen.fillText(number(tick), across(tick), top + height + TEXT + 3);
   pen.textAlign = "right";
   for (const tick of ticks(...y, Math.max(height / 40, 2)))

@@ -1,7 +1,8 @@
 // own.resampling, live: darts on the bar of weights, under four schemes.
 
 import { effectiveSampleSize, logLikelihood, normalised, random, replay, SCHEMES } from "./engine.js"; // prettier-ignore
-import { axes, Canvas, Controls, dot, el, load, takeOver } from "./page.js";
+import { load } from "./host.js";
+import { axes, Canvas, Controls, dot, el, takeOver } from "./page.js";
 
 const REPEATS = 400; // draws of which the scatter is taken
 const GREY = "#999";

@@ -1,27 +1,8 @@
-// Which figures of a page are live, and how each begins.  WORKER is the text of the
-// worker: pages on a disk may start one only from a text that they hold.
+// A page of the book: its live figures, and the camera.
 
-import { beats } from "./beats.js";
 import { camera } from "./camera.js";
-import { histogramsOf } from "./histograms.js";
-import { kernels } from "./kernels.js";
-import { rootLocus } from "./loop.js";
-import { newton } from "./newton.js";
-import { resampling } from "./resampling.js";
-import { successCurves } from "./success.js";
-import { blur, surfaces } from "./surfaces.js";
-
-const LIVE = {
-  "own.beats": beats,
-  "own.newton": newton,
-  "own.resampling": resampling,
-  "own.root_locus": rootLocus,
-  "own.success": successCurves,
-  "teuliere2009.fig1": histogramsOf,
-  "teuliere2009.fig2": kernels,
-  "teuliere2009.fig3": surfaces,
-  "teuliere2009.fig4": blur,
-};
+import { LIVE } from "./figures.js";
+import { worker } from "./host.js";
 
 // The first panel of each live figure that has sliders, {name: panel}.
 function found() {
@@ -53,7 +34,5 @@ document.addEventListener("DOMContentLoaded", () => {
   for (const [file, panel] of panels)
     if (file.endsWith(`.${key}`)) panel.scrollIntoView();
   const place = document.querySelector("[data-live=track]");
-  if (!place) return;
-  const text = new Blob([WORKER], { type: "text/javascript" });
-  camera(place, new Worker(URL.createObjectURL(text)));
+  if (place) camera(place, worker());
 });

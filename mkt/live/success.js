@@ -1,15 +1,16 @@
 // own.success, live: success curves, and the ranking at a limit that moves freely.
 
 import { linspace, success } from "./engine.js";
-import { axes, Canvas, Controls, el, load, number, takeOver } from "./page.js";
+import { load } from "./host.js";
+import { axes, Canvas, Controls, el, number, takeOver } from "./page.js";
 
 const LIMITS = linspace(0, 1, 21); // of the curves, as in mkt.evaluation
 const ROW = 19; // [px]
 const DASHES = { "-": [], "--": [7, 4], "-.": [7, 3, 2, 3], ":": [2, 3] };
 
 class Success {
-  constructor(panel, name, { fields, trackers, runs }) {
-    Object.assign(this, { trackers, runs });
+  constructor(panel, name, { fields, trackers }) {
+    this.trackers = trackers;
     const free = { ...fields, limit: { ...fields.limit, low: 0, high: 1, step: 0.01 } };
     this.controls = new Controls(name, free, () => this.follow());
     this.curves = new Canvas("", 1, (...pen) => this.drawCurves(...pen));
@@ -17,15 +18,27 @@ class Success {
     this.ranking = new Canvas("", 0, (...pen) => this.drawRanking(...pen), least);
     this.said = el("p", { class: "mkt-note", role: "status" });
     const hint = el("p", { class: "mkt-note" }, "Drag the limit on the curves, or move it with the arrow keys; point at a row to see its curve."); // prettier-ignore
-    const stage = el("div", { class: "mkt-stage mkt-pairs" }, this.curves.node, this.ranking.node); // prettier-ignore
+    this.stage = el("div", { class: "mkt-stage mkt-pairs" }, this.curves.node, this.ranking.node); // prettier-ignore
     const { node, note } = this.controls;
-    takeOver(panel, node, note, stage, this.said, hint, this.controls.copies());
+    takeOver(panel, node, note, this.stage, this.said, hint, this.controls.copies());
     this.hands();
   }
 
-  follow() {
-    const { limit, scene, seed } = this.controls.values;
-    const { seen, frames } = this.runs[`${scene} ${seed}`];
+  async follow() {
+    const { scene, seed } = this.controls.values;
+    const wanted = `success-${scene}-${seed}`;
+    if (this.wanted !== wanted) {
+      this.wanted = wanted;
+      this.said.textContent = "The trackers run over this scene.";
+      this.stage.setAttribute("aria-busy", "true");
+    }
+    const runs = await load(wanted);
+    if (this.wanted !== wanted) return;
+    this.stage.setAttribute("aria-busy", "false");
+    this.rank(runs, this.controls.values.limit);
+  }
+
+  rank({ seen, frames }, limit) {
     const rows = this.trackers.map((tracker, k) => {
       const curve = success(seen[k], LIMITS);
       const [share] = success(seen[k], [limit]);
@@ -143,5 +156,5 @@ class Success {
 export async function successCurves(panel, name) {
   const figure = new Success(panel, name, await load("success"));
   figure.controls.show();
-  if (!figure.controls.read()) figure.follow();
+  if (!figure.controls.read()) await figure.follow();
 }

@@ -2,8 +2,10 @@
 // by side: of two layouts of kernels, or of a sharp frame and a blurred one.
 
 import { blurred, colorBins, corners, displaced, distanceAt, learn, linspace, warp } from "./engine.js"; // prettier-ignore
-import { grained, still } from "./objects.js";
-import { axes, Canvas, Controls, el, load, number, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
+import { grained } from "./grain.js";
+import { still } from "./objects.js";
+import { load } from "./host.js";
+import { axes, Canvas, Controls, el, number, outline, pixels, takeOver } from "./page.js";
 
 const [CELLS, COARSE] = [61, 4]; // a side; while a hand moves, every fourth
 const TURN = 60; // [deg]
@@ -37,8 +39,8 @@ const TWO_LAYOUTS = {
 
 // Figure 4: the object standing still, and crossing while the shutter is open.
 const TWO_FRAMES = {
-  async fields({ fields, ground }) {
-    this.ground = await pixels(ground);
+  async fields({ fields }) {
+    this.ground = await pixels((await load("workshop")).picture);
     const exposure = { ...fields.exposure, step: 0.01 };
     return { ...fields, exposure, speed: { ...fields.speed, step: 1 } };
   },

@@ -2,6 +2,7 @@
 
 import { resized } from "./crowd.js";
 import { colorBins, combinedInit, combinedStep, learn, random } from "./engine.js";
+import { remember, replayed } from "./replays.js";
 
 const bins = colorBins();
 let [known, state, rng] = [null, null, null];
@@ -32,12 +33,16 @@ const answers = {
     const cost = performance.now() - began;
     return { region, distance, lost, nEff, crowd, steps, cost };
   },
+  // Whole runs over frames that are handed over once.
+  scene: remember,
+  run: replayed,
 };
 
 self.onmessage = ({ data }) => {
   try {
     const answer = answers[data.kind](data);
-    self.postMessage({ ...answer, kind: data.kind, picture: data.picture });
+    const { kind, picture, ticket } = data;
+    self.postMessage({ ...answer, kind, picture, ticket });
   } catch (error) {
     self.postMessage({ kind: "trouble", words: error.message });
   }

@@ -28,6 +28,23 @@ HASH = """async (image) => {
   const digest = await crypto.subtle.digest("SHA-256", picture);
   return [...new Uint8Array(digest)].join(" ");
 }"""
+LIVE_HASH = """async (figure) => {
+  const wait = (time) => new Promise((next) => setTimeout(next, time));
+  const all = [...figure.querySelectorAll("canvas")];
+  const look = () => all.map((each) => each.toDataURL());
+  let [before, now] = [[], look()];
+  while (`${before}` !== `${now}` || figure.querySelector("[aria-busy=true]")) {
+    await wait(300);
+    [before, now] = [now, look()];
+  }
+  const bytes = new TextEncoder().encode(now);
+  const digest = await crypto.subtle.digest("SHA-256", bytes);
+  return [...new Uint8Array(digest)].join(" ");
+}"""
+STARTED = """() => {
+  const cells = [...document.querySelectorAll(".mkt-cell")];
+  return cells.every((cell) => cell.querySelector("canvas"));
+}"""
 PLAYED = """async (film) => {
   film.scrollIntoView();
   await film.play();
@@ -155,7 +172,8 @@ class Chapter:
 
     def figures(self):
         """Every figure with sliders, as a locator."""
-        return self.page.locator(".mkt-panel").all()
+        self.page.wait_for_function(STARTED, timeout=60 * SECONDS)
+        return self.page.locator(".mkt-panel, .mkt-drawn").all()
 
     def close(self):
         """End the kernel and leave the page; nothing is saved."""
@@ -165,13 +183,16 @@ class Chapter:
 
 def controls(figure):
     """The sliders and lists of a figure, in their order, as `Slider` and `Choice`."""
-    boxes = figure.locator(".widget-slider, .widget-dropdown").all()
+    boxes = figure.locator(".widget-slider, .widget-dropdown, .mkt-control").all()
     return [_control(figure, box) for box in boxes]
 
 
 def _control(figure, box):
-    kind = Slider if box.locator("[role=slider]").count() else Choice
-    return kind(figure, box)
+    if box.locator("[role=slider]").count():
+        return Slider(figure, box)
+    if box.locator("[type=range]").count():
+        return LiveSlider(figure, box)
+    return Choice(figure, box)
 
 
 class Control:
@@ -180,7 +201,8 @@ class Control:
     def __init__(self, figure, box):
         self.name = box.locator("label").text_content()
         self._box = box
-        self._image = figure.locator("img").first
+        self._figure = figure
+        self._live = figure.locator("canvas").count() > 0
 
     def picture(self, other_than=None, timeout=60):
         """The fingerprint of the picture.
@@ -198,11 +220,16 @@ class Control:
 
     def _awaited(self, is_there, timeout):
         end = time.monotonic() + timeout
-        fingerprint = self._image.evaluate(HASH)
+        fingerprint = self._fingerprint()
         while not is_there(fingerprint) and time.monotonic() < end:
-            self._image.page.wait_for_timeout(50)
-            fingerprint = self._image.evaluate(HASH)
+            self._figure.page.wait_for_timeout(50)
+            fingerprint = self._fingerprint()
         return fingerprint
+
+    def _fingerprint(self):
+        if self._live:
+            return self._figure.evaluate(LIVE_HASH)
+        return self._figure.locator("img").first.evaluate(HASH)
 
 
 class Slider(Control):
@@ -240,6 +267,30 @@ class Slider(Control):
 
     def _now(self, which):
         return float(self._handle.get_attribute(f"aria-value{which}"))
+
+
+class LiveSlider(Control):
+    """One of a figure that computes in the browser; any number can be typed."""
+
+    def position(self):
+        """The number beside it."""
+        return float(self._typed.input_value())
+
+    def step(self):
+        """Press page down or up, a tenth of the way, towards the farther end."""
+        way = self._box.locator("[type=range]")
+        low, high = (float(way.get_attribute(end)) for end in ("min", "max"))
+        far = self.position() < (low + high) / 2
+        way.press("PageUp" if far else "PageDown")
+
+    def put(self, position):
+        """Type where the slider is to stand."""
+        self._typed.fill(f"{position:g}")
+        self._typed.press("Enter")
+
+    @property
+    def _typed(self):
+        return self._box.locator("[type=number]")
 
 
 class Choice(Control):

@@ -66,10 +66,23 @@ def test_every_cell_runs(chapter):
     assert chapter.errors() == []
 
 
+# Controls of live figures that are left out, by a control that tells the figure.
+LEFT_OUT = {
+    # The film keeps its past: what is changed holds from that frame on.
+    "beats a second": {"beats a second", "frame", "particles", "wall [px]"},
+    # Each is twenty-five runs anew.
+    "frames behind the wall": {"frames behind the wall", "path"},
+}
+
+
 def test_every_slider_changes_the_picture_and_changes_it_back(chapter):
     still = []
     for figure in chapter.figures():
-        for control in jupyterlab.controls(figure):
+        controls = jupyterlab.controls(figure)
+        out = [LEFT_OUT.get(control.name, set()) for control in controls]
+        for control in controls:
+            if control.name in set().union(*out):
+                continue
             position, before = control.position(), control.picture()
             control.step()
             moved = control.picture(other_than=before)

@@ -403,7 +403,7 @@ def test_the_ranking_follows_a_limit_that_moves_freely(opened):
 
 
 def test_the_script_has_every_figure_that_is_registered_as_live():
-    names = re.findall(r'^  "([\w.]+)": \w+,$', live.bundle(), re.MULTILINE)
+    names = re.findall(r'^  "([\w.]+)": \w+,$', live.script(), re.MULTILINE)
     assert sorted(names) == sorted(LIVE)
 
 
@@ -657,7 +657,7 @@ def test_everybody_can_use_live_figures(opened, name):
 
 
 def test_the_script_is_light():
-    text = live.bundle().encode()
+    text = live.script().encode()
     assert len(text) < 200_000 and len(gzip.compress(text)) < 50_000
     engine = (live.MODULES / "engine.js").read_bytes()
     assert len(gzip.compress(engine)) < 25_000

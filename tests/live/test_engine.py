@@ -11,12 +11,13 @@ from hypothesis import strategies as st
 from scipy.signal import dlsim
 
 from mkt.colors import SPACES, ColorBins
-from mkt.evaluation import overlap, success
+from mkt.evaluation import errors, overlap, success
 from mkt.histograms import coefficient, histograms, learn
 from mkt.kernels import Kernels
 from mkt.papers.lessons import beats
 from mkt.particles import SCHEMES
 from mkt.regions import as_regions, displaced, warp_matrices
+from mkt.scenes.rendering import regions as regions_of
 from mkt.scenes.teuliere2009 import hidden
 from mkt.servoing.poles import closed_loop, one_feature
 from mkt.servoing.self_motion import Kalman
@@ -214,6 +215,20 @@ def agrees_on_who_lives(engine, scheme, weights, seed):
 
 
 @few
+@given(inside(), inside(), st.integers(-3, 3))
+def agrees_on_errors(engine, one, other, turns):
+    one = one + [0, 0, turns * np.pi, 0, 0]
+    wanted = errors(one, other)
+    found = engine(
+        "return live.errors(data.one, data.other);",
+        one=one.tolist(),
+        other=other.tolist(),
+    )
+    assert abs(found[0] - wanted.position) < CLOSE
+    assert abs(found[1] - wanted.orientation) < CLOSE
+
+
+@few
 @given(inside(), inside())
 def agrees_on_overlap(engine, one, other):
     # Sides on one line are where shapely's own arithmetic can fail.
@@ -229,17 +244,15 @@ def agrees_on_overlap(engine, one, other):
 RUN = """
 const bins = live.colorBins();
 const images = data.frames.map((frame) => bins(picture(frame)));
-const rng = live.replay(data.drawn);
-const [init, step, options] = {
+const tracker = {
   filter: [live.filterInit, live.filterStep, live.FILTER],
   combined: [live.combinedInit, live.combinedStep, live.COMBINED],
+  ssd: [live.ssdInit, live.ssdStep, live.SSD],
 }[data.tracker];
-let [state, info] = [init(options, images[0], data.start, rng), null];
-return images.slice(1).map((image) => {
-  [state, info] = step(options, state, image, rng);
-  const { region, distance, nEff, lost, steps = 0 } = info;
-  return [...region, distance, nEff, Number(lost), steps];
-});
+const run = (tracker) =>
+  live.track(tracker, images, data.start, live.replay(data.drawn));
+const row = ({ region, distance, nEff = 0, lost, steps = 0 }) =>
+  [...region, distance, nEff, Number(lost), steps];
 """
 
 
@@ -307,26 +320,101 @@ def test_the_four_beats_of_a_round(engine, n, lam, noise, scheme):
     assert found["ancestors"] == made.ancestors.tolist()
 
 
-@pytest.mark.parametrize("name", ["filter", "combined"])
-def test_a_whole_run_frame_by_frame(engine, behind_the_wall, name):
-    clip = behind_the_wall
-    tracker = {"filter": ParticleFilter(n=75), "combined": Combined()}[name]
-    rng = Recorded(3)
-    state, wanted = tracker.init(clip.frames[0], clip.truth[0], rng), []
+def infos(tracker, clip, rng):
+    """What a tracker tells of every frame after the first one."""
+    state, told = tracker.init(clip.frames[0], clip.truth[0], rng), []
     for frame in clip.frames[1:]:
         state, info = tracker.step(state, frame, rng)
-        rest = [info["distance"], info["n_eff"], info["lost"], info.get("steps", 0)]
-        wanted.append([*info["region"], *rest])
+        told.append(info)
+    return told
+
+
+WHOLE = {"filter": ParticleFilter(n=75), "combined": Combined(), "ssd": SSD()}
+# SSD begins where it ended, so that one pixel taken for its neighbour is never made up.
+TOGETHER = {"ssd": 7}
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_a_whole_run_frame_by_frame(engine, behind_the_wall, name):
+    clip, tracker = behind_the_wall, WHOLE[name]
+    rng = Recorded(3)
+    wanted = [
+        [
+            *info["region"],
+            info["distance"],
+            info.get("n_eff", 0),
+            info["lost"],
+            info.get("steps", 0),
+        ]
+        for info in infos(tracker, clip, rng)
+    ]
     found = engine(
-        RUN,
+        f"{RUN} return run(tracker).map(row);",
         frames=[picture(frame) for frame in clip.frames],
         start=clip.truth[0].tolist(),
         tracker=name,
         drawn=rng.drawn,
     )
-    np.testing.assert_allclose(found, wanted, atol=2e-3, rtol=1e-4)
-    distances = np.array(wanted)[:, 5]
-    assert distances.min() < 0.6 < distances.max()  # both sides of the switch
+    same = slice(TOGETHER.get(name))
+    np.testing.assert_allclose(found[same], wanted[same], atol=2e-3, rtol=1e-4)
+    for distances in np.array(found)[:, 5], np.array(wanted)[:, 5]:
+        assert distances.min() < 0.6 < distances.max()  # both sides of the switch
+
+
+TWICE = """
+const options = { ...live.COMBINED, threshold: data.threshold };
+const whole = run([live.combinedInit, live.combinedStep, options]);
+const found = run([live.filterInit, live.filterStep, live.FILTER]);
+const again = live.refinedTrack(options, images, data.start, found);
+return [whole, again].map((infos) => infos.map(row));
+"""
+
+
+@pytest.mark.parametrize("threshold", [0.45, 0.6])
+def test_another_threshold_needs_no_other_filter(engine, behind_the_wall, threshold):
+    clip, rng = behind_the_wall, Recorded(3)
+    infos(ParticleFilter(n=75), clip, rng)
+    whole, again = engine(
+        f"{RUN} {TWICE}",
+        frames=[picture(frame) for frame in clip.frames],
+        start=clip.truth[0].tolist(),
+        tracker="combined",
+        drawn=rng.drawn,
+        threshold=threshold,
+    )
+    assert whole == again
+    assert {row[-1] > 0 for row in whole} == {True, False}
+
+
+SCREEN = """
+const regionAt = (t) => data.regions[Math.round((t + 1) / 0.25)];
+const { width, middle } = live.screen(regionAt, data.scene);
+const frames = [...Array(data.length).keys()];
+const seen = frames.map((k) => live.beside(regionAt(k), middle(k), width));
+return { width, middles: frames.map(middle), seen };
+"""
+
+
+@pytest.mark.parametrize("seed, frames", [(0, 5), (1, 10), (2, 1)])
+def test_the_screen_hides_the_same_frames(engine, seed, frames):
+    scene = hidden(seed, first=46, frames=frames)
+    places = regions_of(scene, scene.target, np.arange(-1, scene.length, 0.25))
+    found = engine(
+        SCREEN,
+        regions=places.tolist(),
+        length=scene.length,
+        scene={"shutter": scene.shutter, "first": 46, "frames": frames},
+    )
+    (wall,) = scene.front
+    assert found["width"] == wall.width
+    times = np.arange(scene.length)
+    middles = regions_of(scene, wall, times)[:, :2]
+    np.testing.assert_allclose(found["middles"], middles, atol=0.01)
+    clip = scene.sequence()
+    # The car's corners are round, and its box has them.
+    assert np.abs(clip.visibility - found["seen"]).max() < 0.1
+    hides = np.array(found["seen"]) == 0
+    assert hides.tolist() == [46 <= k < 46 + frames for k in times]
 
 
 def test_a_whole_newton_path(engine, behind_the_wall):
@@ -492,6 +580,7 @@ CHECKS = (
     agrees_on_coefficients,
     agrees_on_newton_steps,
     agrees_on_who_lives,
+    agrees_on_errors,
     agrees_on_overlap,
     agrees_on_the_loop,
     agrees_on_the_answer_to_a_wrong_matrix,
@@ -552,6 +641,11 @@ FAULTS = {
         "a * d + a * coloured]",
         "a * d]",
         agrees_on_poles,
+    ),
+    "an angle off by turns": (
+        "Math.abs(Math.atan2(Math.sin(off), Math.cos(off)))",
+        "Math.abs(off)",
+        agrees_on_errors,
     ),
     "a shutter that opens early": (
         "((k + 0.5) / n - 0.5)",

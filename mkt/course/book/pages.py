@@ -41,7 +41,7 @@ from mkt.experiments.claims import (
 )
 from mkt.experiments.claims_as_text import measured
 from mkt.figures.registry import FIGURES, Entry
-from mkt.figures.static_panel import FILES, SCRIPT
+from mkt.figures.static_panel import FILES, SCRIPT, STYLE
 from mkt.files import DATA, ROOT
 from mkt.scenes.drawn import drawn
 from mkt.trackers.by_name import LABELS
@@ -49,6 +49,7 @@ from mkt.trackers.by_name import LABELS
 HERE = Path(__file__).parent
 CODE = HERE / "code.js"
 PLAYS = HERE / "gallery.js"
+STYLES = HERE / "mkt.css", STYLE
 NOTEBOOKS = "_static/notebooks"  # of the site: NAME.ipynb of each chapter
 FILM = DATA / "tracked.gif"
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
@@ -96,7 +97,7 @@ SETTINGS = {
     "html_theme": "furo",
     "html_static_path": ["_static"],
     "html_extra_path": ["moved"],
-    "html_css_files": ["mkt.css"],
+    "html_css_files": [path.name for path in STYLES],
     "html_js_files": [SCRIPT.name, CODE.name, live.SCRIPT],
     "html_show_copyright": False,
     "html_copy_source": False,

@@ -22,7 +22,6 @@ from mkt.experiments import claims, leaderboard, shipped
 from mkt.figures.static_panel import FILES, SCRIPT
 from mkt.files import named
 
-STYLE = Path(__file__).with_name("mkt.css")
 PICTURE = "image/png"
 IMPORTS = ast.Import, ast.ImportFrom
 
@@ -86,13 +85,12 @@ def _pages(book: Book, notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
         "tasks.md": pages.tasks(),
         "track.md": pages.track(),
         "symbols.md": (NOTEBOOKS / "symbols.md").read_text(encoding="utf-8"),
-        f"_static/{STYLE.name}": STYLE.read_text(encoding="utf-8"),
     }
 
 
 def _scripts() -> dict[str, str]:
-    """The same of what moves the figures."""
-    files = SCRIPT, pages.CODE, pages.PLAYS
+    """The same of the styles, and of what moves the figures."""
+    files = *pages.STYLES, SCRIPT, pages.CODE, pages.PLAYS
     texts = live.scripts() | {path.name: path.read_text("utf-8") for path in files}
     return {f"_static/{name}": text for name, text in texts.items()}
 

@@ -286,7 +286,7 @@ def _approach_table(run: Run, promised: Array, outlines: Array) -> pd.DataFrame:
 @figure(
     "own.root_locus",
     size=(10, 4.4),
-    live=True,
+    live=("root_locus",),
     gain=[0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0],
     delay=[0, 1, 2, 3],
     compensation=list(FILTERS),

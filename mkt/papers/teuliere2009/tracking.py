@@ -112,7 +112,13 @@ def before_and_after(regions: Regions, clip: Clip) -> tuple[Array, Array, NDArra
 
 
 @figure(
-    "teuliere2009.fig6", size=(10, 9.4), grid=("particles", "threshold"), **_SLIDERS
+    "teuliere2009.fig6",
+    size=(10, 9.4),
+    live=("fig6", "beats", "workshop"),
+    particles=(10, 300, 5),
+    threshold=(0.2, 1.0, 0.01),
+    occlusion=(1, 20, 1),
+    seed=_SLIDERS["seed"],
 )
 def fig6(
     fig: Figure,

@@ -1,0 +1,43 @@
+// What stands round live figures: a page of the book, or, where widget.js has put itself
+// in its place, a cell of JupyterLab.
+
+const HERE = document.currentScript?.src;
+
+export const host = {
+  // The data of a figure, from a script beside this one: pages on a disk may not fetch.
+  load(name) {
+    const known = (globalThis.mktData ??= {});
+    return new Promise((resolve, reject) => {
+      if (known[name]) return resolve(known[name]);
+      const script = document.createElement("script");
+      script.src = new URL(`live/${name}.js`, HERE).href;
+      script.onload = () => resolve(known[name]);
+      script.onerror = () =>
+        reject(new Error(`${script.src} is missing: build the book anew`));
+      document.head.append(script);
+    });
+  },
+  // What the page's address asks of a figure, "name=value&...", or null.
+  asked(key) {
+    const [mine, words = ""] = location.hash.split("?");
+    return mine === `#${key}` ? words : null;
+  },
+  // Call `again` when it asks for something else.
+  heard: (again) => addEventListener("hashchange", again),
+  // Have it carry the settings of a figure, "name=value&...".
+  keep(key, words) {
+    const mine = location.hash.split("?")[0] === `#${key}`;
+    if (this.link(key, words) === location.href || (!mine && !words)) return;
+    history.pushState(null, "", this.link(key, words));
+  },
+  link: (key, words) => `${location.href.split("#")[0]}#${key}${words && "?"}${words}`,
+};
+
+export const load = (name) => host.load(name);
+
+// The trackers beside the page.  WORKER is the worker's text: pages on a disk may start
+// one only from a text that they hold.
+export function worker() {
+  const text = new Blob([WORKER], { type: "text/javascript" });
+  return new Worker(URL.createObjectURL(text));
+}

@@ -1,0 +1,47 @@
+// A live figure in a cell of JupyterLab: what anywidget runs in the browser.
+
+import { LIVE } from "./figures.js";
+import { host } from "./host.js";
+import { el } from "./page.js";
+
+// The kernel in the place of the page: it makes the data, and hears what is moved.
+function kernel(model) {
+  const known = new Map(Object.entries(model.get("first")));
+  const waiting = new Map();
+  model.on("msg:custom", ({ name, data }) => waiting.get(name)(data));
+  return {
+    async load(name) {
+      if (!known.has(name)) {
+        known.set(name, new Promise((resolve) => waiting.set(name, resolve)));
+        model.send({ name });
+      }
+      return known.get(name);
+    },
+    asked: () => null,
+    heard() {},
+    keep(_key, _words, values) {
+      model.set("moved", values);
+      model.save_changes();
+    },
+    link: null,
+  };
+}
+
+export async function render({ model, el: cell }) {
+  Object.assign(host, kernel(model));
+  const [name, id] = [model.get("name"), crypto.randomUUID()];
+  const words = el("figcaption");
+  words.innerHTML = model.get("caption");
+  const save = el("button", { type: "button", class: "mkt-save" }, "picture of what is shown"); // prettier-ignore
+  const files = el("p", { class: "mkt-note mkt-files" }, save);
+  const panel = el("figure", { class: "mkt-panel mkt-soon", id }, files, words);
+  // Keys belong to what has the focus, not to JupyterLab's shortcuts, which look for this
+  // on the element itself first.
+  const own = ({ target }) => target.setAttribute("data-lm-suppress-shortcuts", "true");
+  cell.append(el("div", { class: "mkt-cell", onfocusin: own }, panel));
+  try {
+    await LIVE[name](panel, name);
+  } catch (error) {
+    panel.prepend(el("p", { class: "mkt-note", role: "alert" }, error.message));
+  }
+}
