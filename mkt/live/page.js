@@ -48,8 +48,8 @@ const shownAs = (field, value) => (field.options ? value : value.toFixed(places(
 
 function inputOf(name, field, moved) {
   const id = `live-${name}-${++serial}`;
-  const { options, low, high, step, value, title = name } = field;
-  const label = el("label", { for: id }, title);
+  const { options, low, high, step, value, title = name, words = title } = field;
+  const label = el("label", { for: id, title: words }, title);
   if (options) {
     const input = el("select", { id, onchange: () => moved(input.value) });
     input.append(...options.map((option) => el("option", { value: option }, option)));

@@ -30,6 +30,7 @@ pytestmark = pytest.mark.slow
 
 HISTOGRAMS, SURFACES = "01_color_histograms", "02_cost_surfaces"
 NEWTON, BEATS = "04_multiple_kernel_ssd", "05_particle_filter"
+COMBINED = "06_combining_both"
 LOOP, SUCCESS, TRACK = "08_closing_the_loop", "14_fair_benchmark", "track"
 LIVE = {name: entry for name, entry in FIGURES.items() if entry.live}
 BOX = (0xE4, 0x9C, 0x00)  # of mkt/live/camera.js
@@ -274,6 +275,45 @@ def test_a_draw_has_pythons_offspring(opened, settings):
     about = panel.locator("canvas").nth(3).get_attribute("aria-label")
     spreads = [float(each) for each in re.findall(r" ([\d.]+)", about)]
     np.testing.assert_allclose(spreads, shown["scatter"], atol=0.06)
+
+
+# Figure 6
+
+
+def errors_before(panel):
+    """The medians before the wall [px], a number for each tracker."""
+    rows = panel.locator("tbody tr")
+    cells = [row.locator("td").first for row in rows.all()]
+    return np.array([float(cell.inner_text()) for cell in cells])
+
+
+def test_the_runs_behind_the_wall_err_as_pythons_do(opened):
+    page = opened(COMBINED, "#fig6")
+    panel = ready(page, "runs done")
+    panel.get_by_text("all runs done").wait_for(timeout=120_000)
+    shown = FIGURES["teuliere2009.fig6"].draw()[1]
+    wanted = np.median(shown["position"][0], -1)
+    np.testing.assert_allclose(errors_before(panel), wanted, rtol=0.3)
+    assert "the wall hides 0 %" in panel.inner_text()
+    slide(panel, "frame").fill("48")
+    assert "the wall hides 100 %" in panel.inner_text()
+
+
+def test_other_particles_run_anew_and_known_ones_do_not(opened):
+    panel = ready(opened(COMBINED, "#fig6?particles=20"), "runs done")
+    done = panel.get_by_text("all runs done")
+    done.wait_for(timeout=120_000)
+    few = errors_before(panel)
+    typed = panel.get_by_label("particles of (4) and (5), as a number")
+    typed.fill("150")
+    typed.press("Enter")
+    panel.get_by_text("15 of 20 runs done").wait_for()
+    done.wait_for(timeout=120_000)
+    many = errors_before(panel)
+    assert (many[:3] == few[:3]).all() and many[3] < few[3]
+    typed.fill("9999")
+    typed.press("Enter")
+    assert typed.input_value() == "300"
 
 
 # Figures 1, 2 and 4

@@ -1,0 +1,71 @@
+"""Live figures in JupyterLab: the kernel's half."""
+
+import json
+
+import pytest
+
+from mkt.figures import explore, live
+from mkt.figures.live_panel import LivePanel
+from mkt.figures.panel import Panel
+from mkt.figures.registry import FIGURES
+from mkt.figures.tooltips import WORDS
+
+LIVE = [name for name, entry in FIGURES.items() if entry.live]
+
+
+@pytest.fixture
+def panel():
+    """Figure 3, and what it sends."""
+    panel = explore("teuliere2009.fig3")
+    panel.sent = []
+    panel.send = panel.sent.append
+    return panel
+
+
+def test_what_has_a_fixed_value_is_drawn_by_the_kernel():
+    assert isinstance(explore("teuliere2009.fig3"), LivePanel)
+    assert isinstance(explore("teuliere2009.fig3", seed=0), Panel)
+
+
+@pytest.mark.parametrize("name", LIVE)
+def test_a_figure_begins_with_what_it_needs(name):
+    entry = FIGURES[name]
+    first = explore(name).first
+    assert set(first) == set(entry.live)
+    fields = first[name.split(".")[1]]["fields"]
+    assert set(fields) == set(entry.sliders)
+    assert all(fields[slider]["words"] == WORDS[slider] for slider in fields)
+    json.dumps(first, allow_nan=False)
+
+
+def test_values_are_as_the_function_takes_them(panel):
+    assert panel.values == FIGURES["teuliere2009.fig3"].defaults
+    panel.moved = {"layout": "2x2", "span": 1, "extent": 30.0}
+    assert panel.values["layout"] == "2x2"
+    assert repr(panel.values["span"]) == "1.0"
+    assert repr(panel.values["extent"]) == "30"
+    newton = explore("own.newton")
+    newton.moved = {"derivative_of_c": "False"}
+    assert newton.values["derivative_of_c"] is False
+
+
+def test_shown_is_pythons_for_the_same_values(panel):
+    panel.moved = {"layout": "one", "extent": 10}
+    wanted = panel._entry.draw(layout="one", extent=10)[1]
+    assert panel.shown.table.equals(wanted.table)
+
+
+def test_the_browser_gets_the_data_that_it_asks_for(panel):
+    panel._asked(panel, {"name": "surfaces-cat-rgb"}, [])
+    (answer,) = panel.sent
+    assert answer["name"] == "surfaces-cat-rgb"
+    assert answer["data"] == live.content("surfaces-cat-rgb")
+    with pytest.raises(ValueError, match="no data of a live figure 'surfaces-dog-rgb'"):
+        panel._asked(panel, {"name": "surfaces-dog-rgb"}, [])
+
+
+def test_every_data_is_known_by_one_name():
+    names = live.names()
+    assert len(names) == len(set(names))
+    for name in {part for figure in LIVE for part in FIGURES[figure].live}:
+        assert name in names
