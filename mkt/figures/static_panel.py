@@ -68,7 +68,7 @@ class StaticPanel:
         self._frames: list[str] = []
         self._drawn: dict[tuple, int] = {}
         self.shown = self._draw(self.values)
-        self._live = entry.live and not fixed
+        self._live = bool(entry.live) and not fixed
         free = [] if self._live else groups(entry, fixed)
         self._positions = self._chosen(free)
         self._groups = [

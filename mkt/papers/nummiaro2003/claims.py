@@ -124,6 +124,7 @@ def weighting_takes_the_time(runs: Runs) -> list[Part]:
     axes from 20 x 25 to 80 x 100 pixels at N = 100, and on the one of the whole frame
     when 64 bins become 4,096.  We look at a fixed grid of points in each ellipse, so
     that its size by itself costs little; the last line is for four times the points.
+    All times are of the one machine that made the release.
     """
     times = pd.DataFrame([clocked() for _ in runs.seeds])
     n = len(runs.seeds)

@@ -369,8 +369,8 @@ def fig8(
     the last frame, and what is beside it.  threshold: read as a coefficient that the
     mean state must exceed before the model learns; the paper prints .9 for a likelihood
     whose scale it does not print.  elliptic: the kernel's radius; the printed one
-    leaves weight on the border, where the background is.  As in the print the update
-    keeps the car to the end.
+    leaves weight on the border, where the background is.  With the defaults the update
+    keeps the car to the end, as in the print.
     """
     scene = traffic(0, turns)
     clip = runs.clip(scene)
@@ -507,7 +507,8 @@ def fig10(
     annotation, green the estimate.  Below, the overlap of two runs that differ in the
     tracker's random numbers, the one above thick; the annotation is of every fifth
     frame, with straight lines between.  The paper follows a head in a factory to the
-    end; this one, in a car before windows and a head-rest, is followed to the end too.
+    end; with the defaults this one, in a car before windows and a head-rest, is
+    followed to the end too.
     """
     clip = runs.clip(HEAD)
     tracker = replace(PAPER, n=particles, alpha=alpha, bins=BINS[bins])
