@@ -163,7 +163,7 @@ class Wall {
       if (this.done.has(key)) this.keepIfOther(this.done.get(key), run);
     const { frame } = this.controls.values;
     const [all, left] = [this.jobs().length, this.missing().length];
-    const done = left ? `${all - left} of ${all} runs done` : "all runs done";
+    const done = left ? `${all - left} of ${all} runs done` : "All runs done";
     const state = this.photos ? done : "painting the frames";
     this.stage.setAttribute("aria-busy", String(!this.photos || left > 0));
     const hidden = 100 - Math.round(100 * this.visible(frame));

@@ -291,7 +291,7 @@ def errors_before(panel):
 def test_the_runs_behind_the_wall_err_as_pythons_do(opened):
     page = opened(COMBINED, "#fig6")
     panel = ready(page, "runs done")
-    panel.get_by_text("all runs done").wait_for(timeout=120_000)
+    panel.get_by_text("All runs done").wait_for(timeout=120_000)
     shown = FIGURES["teuliere2009.fig6"].draw()[1]
     wanted = np.median(shown["position"][0], -1)
     np.testing.assert_allclose(errors_before(panel), wanted, rtol=0.3)
@@ -302,7 +302,7 @@ def test_the_runs_behind_the_wall_err_as_pythons_do(opened):
 
 def test_other_particles_run_anew_and_known_ones_do_not(opened):
     panel = ready(opened(COMBINED, "#fig6?particles=20"), "runs done")
-    done = panel.get_by_text("all runs done")
+    done = panel.get_by_text("All runs done")
     done.wait_for(timeout=120_000)
     few = errors_before(panel)
     typed = panel.get_by_label("particles of (4) and (5), as a number")
