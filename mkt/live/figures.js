@@ -1,5 +1,6 @@
 // Which figures are live, and what begins each: a function of its panel and its name.
 
+import { approach } from "./approach.js";
 import { beats } from "./beats.js";
 import { histogramsOf } from "./histograms.js";
 import { kernels } from "./kernels.js";
@@ -11,6 +12,7 @@ import { blur, surfaces } from "./surfaces.js";
 import { wall } from "./wall.js";
 
 export const LIVE = {
+  "own.approach": approach,
   "own.beats": beats,
   "own.newton": newton,
   "own.resampling": resampling,

@@ -18,21 +18,26 @@ from mkt.evaluation import HIT, LAST, SEEN
 from mkt.figures.data_uri import data_uri
 from mkt.figures.live import DATA
 from mkt.figures.registry import FIGURES
-from mkt.papers.lessons import beats, benchmark
+from mkt.papers.lessons import beats, benchmark, servoing
 from mkt.papers.lessons.trackers import spread_distances
 from mkt.papers.teuliere2009 import tracking
 from mkt.papers.teuliere2009.histograms import WIDTH, still
 from mkt.plotting import EIGHT, SURFACE, bin_colors
 from mkt.plotting import TRACKERS as COLORS
+from mkt.regions import corners
 from mkt.scenes.drawn import Drawn
 from mkt.scenes.rendering import Layer, Scene, regions
 from mkt.scenes.teuliere2009 import hidden
 from mkt.scenes.textures import OBJECTS, texture
+from mkt.servoing.features import Camera
+from mkt.servoing.loop import Servo
+from mkt.servoing.robot import Workspace
 from mkt.trackers.by_name import LABELS, SLOW, TRACKERS
 from mkt.types import Frame, NDArray
 
 QUALITY = 50  # of frames that are only looked at
 STEP = 0.25  # frames between the places of a path: its shutter opens and shuts at them
+TABLE, HALF = 480, 36  # [px] across the table's picture, and of half the car in it
 BRICKS = 200  # [px] across, of the picture of a screen
 LOSSLESS = (cv2.IMWRITE_WEBP_QUALITY, 101)
 LOSSY = (cv2.IMWRITE_WEBP_QUALITY, QUALITY)
@@ -126,6 +131,33 @@ def _wall() -> dict[str, Any]:
             {"name": name, "label": LABELS[name], "color": color}
             for name, color in COLORS.items()
         ],
+    }
+
+
+@DATA.register("approach")
+def _approach() -> dict[str, Any]:
+    """The table from above with the car on it, and what the loop needs to know."""
+    work, servo = Workspace(), Servo()
+    theta = servo.desired[2]
+    camera = Camera(size=(TABLE, TABLE))
+    above = Workspace(camera, table=servoing.TABLE)
+    middle = (TABLE - 1) / 2
+    pose = above.facing((middle, middle, theta, HALF, HALF), servoing.CAR)
+    metres = -pose[2, 3] / camera.focal  # of a pixel, on the table
+    ends = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * TABLE / 2
+    return {
+        "focal": work.camera.focal,
+        "size": work.camera.size,
+        "sides": work.sides.tolist(),
+        "car": servoing.CAR,
+        "desired": servo.desired,
+        "wanted": corners(servo.desired).tolist(),
+        "styles": [
+            {"color": style["color"], "dashes": style["ls"]}
+            for style in servoing.STYLES
+        ],
+        "picture": _picture(servoing.pale_view(above, pose)),
+        "corners": (pose[:2, 3] + metres * ends @ pose[:2, :2].T).tolist(),
     }
 
 

@@ -409,7 +409,7 @@ def test_figure_4_blurs_as_python_does(opened, settings):
 )
 def test_the_largest_pole_is_pythons(opened, settings):
     words = "&".join(f"{name}={value}" for name, value in settings.items())
-    panel = ready(opened(LOOP, f"#root_locus?{words}"), "Largest pole")
+    panel = ready(opened(LOOP, f"#root_locus?{words}"), "Largest pole", 1)
     shown = FIGURES["own.root_locus"].draw(**settings)[1]
     assert abs(number(panel, "Largest pole") - shown["radius"]) < CLOSE
     if shown["radius"] < 1:
@@ -419,13 +419,27 @@ def test_the_largest_pole_is_pythons(opened, settings):
 
 def test_a_pole_is_dragged_along_its_way(opened):
     page = opened(LOOP, "#root_locus?delay=1&gain=2")
-    panel = ready(page, "Largest pole")
+    panel = ready(page, "Largest pole", 1)
     plane = panel.locator("canvas").first
     drag(page, plane, (0.6, 0.3), (0.75, 0.1))
     assert number(panel, "Largest pole") > 1 and "runs away" in panel.inner_text()
     gain = float(slide(panel, "gain [1/s]").input_value())
     plane.press("ArrowLeft")
     assert float(slide(panel, "gain [1/s]").input_value()) < gain
+
+
+def test_the_approach_ends_as_pythons_does_and_its_start_is_dragged(opened):
+    settings = {"gain": 1.0, "fps": 5, "delay": 3, "turn": -60}
+    words = "&".join(f"{name}={value}" for name, value in settings.items())
+    page = opened(LOOP, f"#approach?{words}")
+    panel = ready(page, "Gain x frame period = 0.2: after 6 s")
+    errors = np.abs(FIGURES["own.approach"].draw(**settings)[1]["errors"]).max(1)
+    share = 100 * errors[-1] / errors[0]
+    assert abs(number(panel, "largest error is") / share - 1) < 0.06
+    drag(page, panel.locator("canvas").first, (0.5, 0.5), (0.7, 0.6))
+    assert "right=" in page.url and "down=" in page.url
+    slide(panel, "gain [1/s]").fill("6")
+    panel.get_by_text("runs away").first.wait_for()
 
 
 def test_the_ranking_follows_a_limit_that_moves_freely(opened):

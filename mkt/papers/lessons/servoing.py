@@ -65,7 +65,7 @@ def _plain(name: str) -> str:
     return name.strip("$").lstrip("\\")
 
 
-def _pale_view(workspace: Workspace, pose: Array) -> Frame:
+def pale_view(workspace: Workspace, pose: Array) -> Frame:
     """What the camera sees of the car that stands still, pale, to draw on."""
     rng = np.random.default_rng(0)
     return pale(workspace.frame(pose, np.zeros(6), STILL, 0, rng))
@@ -98,7 +98,7 @@ def interaction(
     L = interaction_matrix(region, workspace.camera, workspace.surface)
     outlines = [paths_of_corners(workspace, pose, k) for k in range(6)]
 
-    image = _pale_view(workspace, pose)
+    image = pale_view(workspace, pose)
     margins = {"left": 0.01, "right": 0.99, "bottom": 0.09, "top": 0.95}
     spaces = margins | {"hspace": 0.34, "wspace": 0.04}
     axes = fig.subplots(2, 3, gridspec_kw=spaces)
@@ -180,12 +180,12 @@ def _motion_table(L: Array, outlines: Array) -> pd.DataFrame:
 @figure(
     "own.approach",
     size=(10, 5.2),
-    grid=("gain", "fps"),
-    gain=[0.25, 0.5, 1.0, 2.0, 4.0, 6.0],
-    fps=[2.5, 5, 10, 25],
-    delay=[0, 1, 2, 3],
+    live=("approach",),
+    gain=(0.05, 10.0, 0.05),
+    fps=(1.0, 30.0, 0.5),
+    delay=(0, 6, 1),
     dof=[6, 4],
-    turn=(-90, 90, 30),
+    turn=(-90, 90, 1),
 )
 def approach(
     fig: Figure,
@@ -232,7 +232,7 @@ def approach(
 
 def _draw_approach(ax: Axes, experiment: Experiment, run: Run, outlines: Array) -> None:
     """The image at the start, and the ways of the corners (T, 4, 2)."""
-    show_frame(ax, _pale_view(Workspace(table=TABLE), run.poses[0]))
+    show_frame(ax, pale_view(Workspace(table=TABLE), run.poses[0]))
     draw_region(ax, experiment.servo.desired, DESIRED, lw=2.5)
     draw_region(ax, run.truths[0], CURRENT, lw=2.5)
     for path in np.swapaxes(outlines, 0, 1):

@@ -1,0 +1,99 @@
+"""The page's loop of visual servoing says what Python's says."""
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+from mkt.figures.live import MODULES
+from mkt.papers.lessons import servoing
+from mkt.servoing.loop import Experiment, Servo, close_loop
+from mkt.servoing.robot import Workspace
+from mkt.servoing.self_motion import OFF
+from tests.live.conftest import ENGINE
+
+MODULE = MODULES / "servoing.js"
+FRAMES = 31
+RUN = """
+const { scene, law, start, frames } = data;
+return live.approached(scene, law, start, frames);
+"""
+few = settings(
+    max_examples=40, deadline=None, phases=[Phase.generate], derandomize=True
+)
+laws = st.fixed_dictionaries(
+    {
+        "gain": st.floats(0.05, 10),
+        "dt": st.floats(1 / 30, 1),
+        "delay": st.integers(0, 6),
+        "dof": st.sampled_from([6, 4]),
+    }
+)
+turns = st.integers(-90, 90)
+
+
+@pytest.fixture
+def loop(engine):
+    """The loop's functions as ``live``, and then the engine's again."""
+    engine.load(MODULE.read_text("utf-8"))
+    yield engine
+    engine.load(ENGINE.read_text("utf-8"))
+
+
+def agrees(engine, law, turn):
+    start = (0.05, -0.06, -0.12, 0.0, 0.0, float(np.deg2rad(turn)))
+    work = Workspace()
+    tried = Experiment(
+        Servo(filter=OFF, **law),
+        work,
+        path=servoing.STILL,
+        start=start,
+        frames=FRAMES,
+    )
+    wanted = close_loop(tried, until_lost=True)
+    scene = {
+        "focal": work.camera.focal,
+        "size": work.camera.size,
+        "sides": work.sides.tolist(),
+        "car": servoing.CAR,
+        "desired": tried.servo.desired,
+    }
+    found = engine(RUN, scene=scene, law=law, start=start, frames=FRAMES)
+    # One that runs away doubles the last digit's doubt in every frame.
+    calm = np.abs(wanted.errors).max(1) < 10
+    count = len(calm) if calm.all() else int(np.argmin(calm))
+    assert count <= len(found)
+    assert not calm.all() or len(found) == len(wanted.times)
+    for k in range(count):
+        outline = work.outline(wanted.poses[k], wanted.cars[k])
+        np.testing.assert_allclose(found[k]["pose"], wanted.poses[k], atol=1e-6)
+        np.testing.assert_allclose(found[k]["error"], wanted.errors[k], atol=1e-6)
+        np.testing.assert_allclose(found[k]["twist"], wanted.velocities[k], atol=1e-5)
+        np.testing.assert_allclose(found[k]["outline"], outline, atol=1e-3, rtol=1e-6)
+
+
+def test_the_approach_frame_by_frame(loop):
+    few(given(laws, turns)(lambda law, turn: agrees(loop, law, turn)))()
+
+
+FAULTS = {
+    "no delay": "seen.length - 1 - delay",
+    "a turn the other way": "[w[2], 0, -w[0]]",
+    "no shear": "const k = q / p",
+    "five axes": "4: [0, 1, 2, 5]",
+}
+INSTEAD = {
+    "no delay": "seen.length - 1",
+    "a turn the other way": "[w[2], 0, w[0]]",
+    "no shear": "const k = 0",
+    "five axes": "4: [0, 1, 2, 3, 5]",
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_planted_fault_is_found(loop, fault):
+    text = MODULE.read_text("utf-8")
+    assert FAULTS[fault] in text
+    loop.load(text.replace(FAULTS[fault], INSTEAD[fault]))
+    with pytest.raises(AssertionError):
+        few(given(laws, turns)(lambda law, turn: agrees(loop, law, turn)))()
