@@ -163,22 +163,29 @@ export class Controls {
     return `python3 -m mkt figure ${this.figure} -o figure.pdf${set.join("")}`;
   }
 
+  // What was moved that the command's figure does not have, in words.
+  beyond() {
+    const own = this.moved(true).filter(([name]) => this.fields[name].own);
+    const titles = own.map(([name]) => this.fields[name].title ?? name);
+    return titles.length ? ` draws a figure which has no ${titles.join(", ")}` : "";
+  }
+
   // Buttons that copy the link, and the command where Python draws the figure too.
   copies(inPython = true) {
     const link = () => host.link(this.key, this.settings());
-    const copied = async (words) => {
+    const copied = async (words, remark = "") => {
       try {
         await navigator.clipboard.writeText(words);
-        this.note.textContent = `Copied: ${words}`;
+        this.note.textContent = `Copied: ${words}${remark}`;
       } catch {
-        this.note.textContent = words; // to be copied by hand
+        this.note.textContent = `${words}${remark}`; // to be copied by hand
       }
     };
-    const button = (title, words) =>
-      el("button", { type: "button", onclick: () => copied(words()) }, title);
+    const button = (title, onclick) => el("button", { type: "button", onclick }, title);
     const buttons = [];
-    if (host.link) buttons.push(button("link to what is shown", link), " ");
-    if (inPython) buttons.push(button("command for a PDF of it", () => this.command()));
+    if (host.link) buttons.push(button("link to what is shown", () => copied(link())), " ");
+    const command = () => copied(this.command(), this.beyond());
+    if (inPython) buttons.push(button("command for a PDF of it", command));
     return el("p", { class: "mkt-note mkt-files" }, "Copy: ", ...buttons);
   }
 }

@@ -37,7 +37,7 @@ from mkt.types import Frame, NDArray
 
 QUALITY = 50  # of frames that are only looked at
 STEP = 0.25  # frames between the places of a path: its shutter opens and shuts at them
-TABLE, HALF = 480, 36  # [px] across the table's picture, and of half the car in it
+TABLE, HALF = 640, 36  # [px] across the table's picture, and of half the car in it
 BRICKS = 200  # [px] across, of the picture of a screen
 LOSSLESS = (cv2.IMWRITE_WEBP_QUALITY, 101)
 LOSSY = (cv2.IMWRITE_WEBP_QUALITY, QUALITY)

@@ -437,7 +437,9 @@ def test_the_approach_ends_as_pythons_does_and_its_start_is_dragged(opened):
     share = 100 * errors[-1] / errors[0]
     assert abs(number(panel, "largest error is") / share - 1) < 0.06
     drag(page, panel.locator("canvas").first, (0.5, 0.5), (0.7, 0.6))
-    assert "right=" in page.url and "down=" in page.url
+    page.wait_for_url("**right=*down=*")
+    panel.get_by_role("button", name="command for a PDF of it").click()
+    panel.get_by_text("which has no start: right [m], start: down [m]").wait_for()
     slide(panel, "gain [1/s]").fill("6")
     panel.get_by_text("runs away").first.wait_for()
 
