@@ -21,7 +21,8 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -127,14 +128,24 @@ class Shelf:
         if self._tidied:
             return
         self._tidied = True
-        files = [(path.stat().st_mtime, path) for path in place.glob("*")]
-        files = sorted(file for file in files if file[0] < time.time() - 3600)
-        total = sum(path.stat().st_size for path in place.glob("*"))
-        for _, path in files:
-            if total <= MOST:
+        files = sorted(_files(place))
+        total = sum(size for _, size, _ in files)
+        for used, size, path in files:
+            if total <= MOST or used >= time.time() - 3600:
                 return
-            total -= path.stat().st_size
+            total -= size
             path.unlink(missing_ok=True)
+
+
+def _files(place: Path) -> Iterator[tuple[float, int, Path]]:
+    """When each file of a folder was last used, and its size.
+
+    Other programs take theirs away meanwhile.
+    """
+    for path in place.glob("*"):
+        with suppress(FileNotFoundError):
+            found = path.stat()
+            yield found.st_mtime, found.st_size, path
 
 
 def _seal(key: str, data: bytes) -> bytes:

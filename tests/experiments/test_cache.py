@@ -78,6 +78,14 @@ def test_what_has_not_been_used_for_longest_goes_first(kept, monkeypatch):
     assert {path.stem for path in (kept / "text").iterdir()} == {"new", "newest"}
 
 
+def test_what_another_program_takes_away_meanwhile_is_no_trouble(kept):
+    TEXT.put("mine", "mine")
+    gone = kept / "text" / "theirs.0123.json"  # seen in the folder, but not there
+    gone.symlink_to(kept / "nowhere")
+    Shelf("text", ".json", cache.as_json, json.loads).put("other", "other")
+    assert TEXT.get("mine") == "mine" and TEXT.get("other") == "other"
+
+
 def test_keys_differ_where_their_parts_do():
     keys = {cache.key(*parts) for parts in ((1,), ("1",), (1, 2), (SSD(),), ())}
     assert len(keys) == 5 and cache.key(SSD()) == cache.key(SSD())
