@@ -29,7 +29,8 @@ function kernel(model) {
 
 export async function render({ model, el: cell }) {
   Object.assign(host, kernel(model));
-  const [name, id] = [model.get("name"), crypto.randomUUID()];
+  const name = model.get("name");
+  const id = name.replace(".", "-"); // which a saved picture has as its name
   const words = el("figcaption");
   words.innerHTML = model.get("caption");
   const save = el("button", { type: "button", class: "mkt-save" }, "picture of what is shown"); // prettier-ignore
