@@ -574,7 +574,8 @@ def test_the_camera_is_followed_as_python_follows_it(site, film, driver, picture
         page.add_init_script(LISTEN)
         page.goto((site / f"{TRACK}.html").as_uri())
         page.get_by_role("button", name="Use the camera").click()
-        page.get_by_text("Draw a box").first.wait_for()
+        # The text above the figure says "draw a box", too, before there is a picture.
+        page.get_by_text("Draw a box round something, then track it.").wait_for()
         stage = page.locator("canvas").first
         stage.scroll_into_view_if_needed()
         box = stage.bounding_box()
