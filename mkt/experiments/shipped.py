@@ -10,6 +10,7 @@ the code has changed since, `changed` says so, and tests run a sample of the row
 """
 
 import datetime
+import hashlib
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -29,6 +30,7 @@ from mkt.files import DATA, PACKAGE, DataError, whole
 CLAIMED, TRACKED, BOBOT, WISHED = (
     DATA / name for name in ("claims.csv", "tracking.csv", "bobot.csv", "wishes.csv")
 )
+PAPERS, FIGURES = PACKAGE / "papers", PACKAGE / "figures"
 # Where the code begins that the numbers depend on.
 TRACKING = (PACKAGE / "experiments" / "sweep.py", PACKAGE / "trackers" / "by_name.py")
 COMMANDS = {
@@ -68,10 +70,44 @@ class Made:
 
 
 def code_of(table: Path) -> str:
-    """The hash of the code that a table depends on, as it is now."""
-    if table == CLAIMED:
-        return cache.state([*PACKAGE.glob("papers/*/claims.py"), *TRACKING])
-    return cache.state([*TRACKING, *PACKAGE.glob("scenes/*.py")])
+    """The hash of the code that a table depends on, as it is now.
+
+    Of the claims it is what they measure, however figures are drawn.
+    """
+    scenes = [*PACKAGE.glob("scenes/*.py")]
+    if table != CLAIMED:
+        return cache.state([*TRACKING, *scenes])
+    files = reachable([*PACKAGE.glob("papers/*/claims.py"), *TRACKING, *scenes])
+    measuring = (path for path in sorted(files) if FIGURES not in path.parents)
+    text = "\n".join(map(cache.stripped, measuring))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def reachable(files: Iterable[Path]) -> set[Path]:
+    """The files of the library that some files can reach by imports, themselves too.
+
+    Unlike `mkt.experiments.cache.reachable` it leaves out what the registries of
+    figures and claims find in the papers: who names a figure has its file among the
+    first ones.  Only a first file that makes such a registry reaches all of them.
+    """
+    first = list(files)
+    waiting = list(first)
+    found: set[Path] = set()
+    while waiting:
+        path = waiting.pop()
+        if path not in found:
+            found.add(path)
+            waiting += _next(path, path in first)
+    return found
+
+
+def _next(path: Path, first: bool) -> list[Path]:
+    """The files that a file imports; of a first one also what its registries find."""
+    imported = cache.imported(path)
+    if first or PAPERS in path.parents:
+        return imported
+    # Nothing below the papers imports from them: it is a registry that looks there.
+    return [other for other in imported if PAPERS not in other.parents]
 
 
 def changed(table: Path, made: Made) -> bool:

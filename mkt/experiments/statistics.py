@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+import scipy
 
 from mkt.types import Array, ArrayLike
 
@@ -66,7 +66,7 @@ class Statistic:
 def _median_ends(values: Array, level: float) -> tuple[float, float]:
     """Two of the sorted values; infinite where there are too few."""
     n, ordered = len(values), np.sort(values)
-    k = int(stats.binom.ppf((1 - level) / 2, n, 0.5))
+    k = int(scipy.stats.binom.ppf((1 - level) / 2, n, 0.5))
     return (ordered[k - 1], ordered[n - k]) if k else (-np.inf, np.inf)
 
 
@@ -79,10 +79,10 @@ def _sign_test(values: Array, bound: float, side: str) -> float:
 def _mean_ends(values: Array, level: float) -> tuple[float, float]:
     if len(values) < 2:
         return -np.inf, np.inf
-    mean, error = float(np.mean(values)), float(stats.sem(values))
+    mean, error = float(np.mean(values)), float(scipy.stats.sem(values))
     if error == 0:
         return mean, mean
-    ends = stats.t.interval(level, len(values) - 1, mean, error)
+    ends = scipy.stats.t.interval(level, len(values) - 1, mean, error)
     return float(ends[0]), float(ends[1])
 
 
@@ -90,11 +90,11 @@ def _t_test(values: Array, bound: float, side: str) -> float:
     if np.ptp(values) == 0:
         beyond = values[0] > bound if side == "greater" else values[0] < bound
         return 0.0 if beyond else 1.0
-    return float(stats.ttest_1samp(values, bound, alternative=side).pvalue)
+    return float(scipy.stats.ttest_1samp(values, bound, alternative=side).pvalue)
 
 
 def _share_ends(values: Array, level: float) -> tuple[float, float]:
-    test = stats.binomtest(int(np.sum(values)), len(values))
+    test = scipy.stats.binomtest(int(np.sum(values)), len(values))
     ends = test.proportion_ci(level, method="exact")
     return float(ends.low), float(ends.high)
 
@@ -108,13 +108,13 @@ def _pairs_ends(values: Array, level: float) -> tuple[float, float]:
     more, fewer = np.sum(values > 0) + 0.5, np.sum(values < 0) + 0.5
     gain = (more - fewer) / n
     error = np.sqrt(more + fewer - n * gain**2) / n
-    reach = stats.norm.ppf((1 + level) / 2) * error
+    reach = scipy.stats.norm.ppf((1 + level) / 2) * error
     return float(gain - reach), float(gain + reach)
 
 
 def _binomial(k: int, n: int, p: float, side: str) -> float:
     """The p-value of k of n, 1 where there is nothing to count."""
-    return float(stats.binomtest(k, n, p, alternative=side).pvalue) if n else 1.0
+    return float(scipy.stats.binomtest(k, n, p, alternative=side).pvalue) if n else 1.0
 
 
 def _mean(values: Array) -> float:

@@ -2,14 +2,13 @@
 
 The book's page and a cell of JupyterLab run the same modules.  A browser neither
 imports modules nor starts workers from pages on a disk, so the modules are joined into
-one plain script, in the order of their imports, and the worker is a second one, whose
-text the first carries.
+one plain script, each a function, in the order of their imports.  The worker is a
+second script, whose text the first puts together from the texts of these functions.
 
 What a figure computes from comes under a name from `content`: the positions of its
 sliders, and what its paper's modules register in `DATA`.
 """
 
-import json
 import re
 from typing import Any
 
@@ -33,29 +32,54 @@ DATA = Registry("data of a live figure", "mkt.papers")
 def bundle(start: str) -> str:
     """A module and all that it imports as one text, where the module is START_js.
 
-    The text of the worker is in it as WORKER.
+    WORKER in it is the text of the worker, put together from the same functions.
     """
-    worker = json.dumps(f'"use strict";\n{joined("worker")}')
-    return f"const WORKER = {worker};\n{joined(start)}"
+    page, worker = needed(start), needed("worker")
+    made = "".join(maker(name) for name in dict.fromkeys([*page, *worker]))
+    makers = ", ".join(f"{name}_make" for name in worker)
+    text = (
+        "const WORKER = ['\"use strict\";', "
+        f"...Object.entries({{ {makers} }}).map(([name, make]) => "
+        "`const ${name.replace('_make', '_js')} = (${make})();`)].join('\\n');\n"
+    )
+    return made + text + calls(page)
 
 
-def joined(name: str, known: set[str] | None = None) -> str:
-    """A module after all that it imports, each a function that returns its exports."""
-    known = set() if known is None else known
-    known.add(name)
-    text = (MODULES / f"{name}.js").read_text(encoding="utf-8")
-    needed = [other for _, other in IMPORT.findall(text) if other not in known]
-    before = "".join(joined(other, known) for other in needed if other not in known)
+def joined(start: str) -> str:
+    """A module and all that it imports as one text, without a worker."""
+    modules = needed(start)
+    return "".join(maker(name) for name in modules) + calls(modules)
+
+
+def needed(name: str) -> list[str]:
+    """The modules that one imports, directly or not, each before its importers."""
+    imported = [other for _, other in IMPORT.findall(_source(name))]
+    before = [module for other in imported for module in needed(other)]
+    return list(dict.fromkeys([*before, name]))
+
+
+def maker(name: str) -> str:
+    """A module as the function NAME_make, which returns what the module exports."""
+    text = _source(name)
     exported = ", ".join(found for _, found in EXPORT.findall(text))
     text = COMMENT.sub("", text)  # a third of what a reader would load
     text = EXPORT.sub(r"\1", IMPORT.sub(r"const \1 = \2_js;", text))
-    body = f"{text}\nreturn {{ {exported} }};"
-    return f"{before}const {name}_js = (() => {{\n{body}\n}})();\n"
+    return f"const {name}_make = () => {{\n{text}\nreturn {{ {exported} }};\n}};\n"
+
+
+def calls(modules: list[str]) -> str:
+    """The modules' exports, each as NAME_js."""
+    return "".join(f"const {name}_js = {name}_make();\n" for name in modules)
+
+
+def _source(name: str) -> str:
+    return (MODULES / f"{name}.js").read_text(encoding="utf-8")
 
 
 def names() -> list[str]:
-    """The names of all data, those first that have a figure's name."""
-    return list(dict.fromkeys([*_of_figures(), *DATA]))
+    """The names of all data, those first that are a figure's."""
+    live = [name for name, entry in FIGURES.items() if entry.live]
+    return list(dict.fromkeys([*live, *DATA]))
 
 
 def content(name: str) -> dict[str, Any]:
@@ -66,17 +90,10 @@ def content(name: str) -> dict[str, Any]:
     ValueError
         For an unknown name, with the known ones.
     """
-    entry = _of_figures().get(name)
-    if entry is None:
+    if name not in FIGURES or not FIGURES[name].live:
         return DATA[name]()
-    sliders = {"fields": fields(entry)}
+    sliders = {"fields": fields(FIGURES[name])}
     return sliders | DATA[name]() if name in DATA else sliders
-
-
-def _of_figures() -> dict[str, Entry]:
-    """The live figures by their names without the paper's."""
-    live = [entry for entry in FIGURES.values() if entry.live]
-    return {entry.name.split(".")[1]: entry for entry in live}
 
 
 def fields(entry: Entry) -> dict[str, dict[str, Any]]:

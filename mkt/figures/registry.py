@@ -7,8 +7,9 @@ registers a drawing function ``fig3(fig, *, span=1.0, bins="hsv", ...)``.  Its *
 are the paper's values* where the paper prints any, the decorator's keyword arguments
 are the *sliders*: ``(low, high, step)`` for numbers, a list for choices;
 ``grid=("span", "bins")`` names two that move together where every position is drawn
-beforehand (`mkt.figures.static_panel`), and ``live=("fig3", ...)`` says that the book's
-page computes the figure by itself, and from which data it begins (`mkt.figures.live`).
+beforehand (`mkt.figures.static_panel`), and ``live=("own.beats", ...)`` says that the
+book's page computes the figure by itself, and from which data it begins
+(`mkt.figures.live`).
 
 The function draws on the `matplotlib.figure.Figure` it is given and returns what it
 shows as `Shown`: a tidy table, which is what a CSV file of the figure holds, and single

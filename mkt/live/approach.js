@@ -206,7 +206,7 @@ class Approach {
 }
 
 export async function approach(panel, name) {
-  const data = await load("approach");
+  const data = await load(name);
   const table = await createImageBitmap(await pixels(data.picture));
   const figure = new Approach(panel, name, data, table);
   figure.controls.show();

@@ -348,7 +348,7 @@ class Beats {
 const bitmap = async (address) => createImageBitmap(await pixels(address));
 
 export async function beats(panel, name) {
-  const [data, workshop] = await Promise.all(["beats", "workshop"].map(load));
+  const [data, workshop] = await Promise.all([name, "workshop"].map(load));
   const [ground, car, bricks] = await Promise.all([workshop.picture, data.car, data.bricks].map(bitmap)); // prettier-ignore
   const figure = new Beats(panel, name, data, { ground, car, bricks });
   figure.controls.show();

@@ -2,6 +2,8 @@
 
 import { approach } from "./approach.js";
 import { beats } from "./beats.js";
+import { comparisons } from "./comparisons.js";
+import { doors } from "./doors.js";
 import { histogramsOf } from "./histograms.js";
 import { kernels } from "./kernels.js";
 import { rootLocus } from "./loop.js";
@@ -12,6 +14,8 @@ import { blur, surfaces } from "./surfaces.js";
 import { wall } from "./wall.js";
 
 export const LIVE = {
+  "cordoba2014.complexity": comparisons,
+  "nummiaro2003.fig3": doors,
   "own.approach": approach,
   "own.beats": beats,
   "own.newton": newton,

@@ -246,7 +246,7 @@ class Histograms {
 }
 
 export async function histogramsOf(panel, name) {
-  const figure = new Histograms(panel, name, await load("fig1"));
+  const figure = new Histograms(panel, name, await load(name));
   figure.controls.show();
   if (!figure.controls.read()) await figure.follow();
 }

@@ -151,7 +151,7 @@ class Kernels {
 }
 
 export async function kernels(panel, name) {
-  const figure = new Kernels(panel, name, await load("fig2"));
+  const figure = new Kernels(panel, name, await load(name));
   figure.controls.show();
   if (!figure.controls.read()) await figure.follow();
 }

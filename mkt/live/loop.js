@@ -167,7 +167,7 @@ class RootLocus {
 }
 
 export async function rootLocus(panel, name) {
-  const figure = new RootLocus(panel, name, await load("root_locus"));
+  const figure = new RootLocus(panel, name, await load(name));
   figure.controls.show();
   if (!figure.controls.read()) figure.follow();
 }

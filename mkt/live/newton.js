@@ -269,5 +269,5 @@ class Newton {
 }
 
 export async function newton(panel, name) {
-  await new Newton(panel, name, await load("newton")).read();
+  await new Newton(panel, name, await load(name)).read();
 }

@@ -285,10 +285,11 @@ export function axes(pen, [left, top, width, height], { x, y, xlabel, ylabel, ba
   const down = (value) => top + height - ((value - y[0]) / (y[1] - y[0])) * height;
   pen.strokeRect(left, top, width, height);
   pen.textAlign = "center";
-  for (const tick of bare ? [] : ticks(...x, Math.max(width / 60, 2)))
+  const rising = (ends) => [Math.min(...ends), Math.max(...ends)];
+  for (const tick of bare ? [] : ticks(...rising(x), Math.max(width / 60, 2)))
     pen.fillText(number(tick), across(tick), top + height + TEXT + 3);
   pen.textAlign = "right";
-  for (const tick of ticks(...y, Math.max(height / 40, 2)))
+  for (const tick of ticks(...rising(y), Math.max(height / 40, 2)))
     pen.fillText(number(tick), left - 4, down(tick) + 4);
   pen.textAlign = "left";
   if (ylabel) pen.fillText(ylabel, left, top - 6);

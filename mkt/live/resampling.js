@@ -173,7 +173,7 @@ function spread(scheme, weights) {
 }
 
 export async function resampling(panel, name) {
-  const figure = new Resampling(panel, name, await load("resampling"));
+  const figure = new Resampling(panel, name, await load(name));
   figure.controls.show();
   if (!figure.controls.read()) figure.follow();
 }

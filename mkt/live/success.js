@@ -154,7 +154,7 @@ class Success {
 }
 
 export async function successCurves(panel, name) {
-  const figure = new Success(panel, name, await load("success"));
+  const figure = new Success(panel, name, await load(name));
   figure.controls.show();
   if (!figure.controls.read()) await figure.follow();
 }

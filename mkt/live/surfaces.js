@@ -290,7 +290,7 @@ class Surfaces {
 }
 
 const begin = (kind) => async (panel, name) => {
-  const data = await load(name.split(".")[1]);
+  const data = await load(name);
   const figure = new Surfaces(panel, name, data, kind, await kind.fields(data));
   figure.controls.show();
   if (!figure.controls.read()) await figure.follow();

@@ -286,7 +286,7 @@ class Wall {
 const bitmap = async (address) => createImageBitmap(await pixels(address));
 
 export async function wall(panel, name) {
-  const [data, film, workshop] = await Promise.all(["fig6", "beats", "workshop"].map(load));
+  const [data, film, workshop] = await Promise.all([name, "own.beats", "workshop"].map(load));
   const [ground, car, bricks] = await Promise.all([workshop.picture, film.car, data.bricks].map(bitmap)); // prettier-ignore
   const figure = new Wall(panel, name, data, { ground, car, bricks }, worker());
   figure.controls.show();

@@ -18,20 +18,26 @@ from mkt.evaluation import HIT, LAST, SEEN
 from mkt.figures.data_uri import data_uri
 from mkt.figures.live import DATA
 from mkt.figures.registry import FIGURES
+from mkt.papers import runs
+from mkt.papers.cordoba2014 import resampling
 from mkt.papers.lessons import beats, benchmark, servoing
 from mkt.papers.lessons.trackers import spread_distances
+from mkt.papers.nummiaro2003 import steps
 from mkt.papers.teuliere2009 import tracking
 from mkt.papers.teuliere2009.histograms import WIDTH, still
 from mkt.plotting import EIGHT, SURFACE, bin_colors
 from mkt.plotting import TRACKERS as COLORS
 from mkt.regions import corners
 from mkt.scenes.drawn import Drawn
+from mkt.scenes.nummiaro2003 import TREE, doors, students
 from mkt.scenes.rendering import Layer, Scene, regions
 from mkt.scenes.teuliere2009 import hidden
 from mkt.scenes.textures import OBJECTS, texture
 from mkt.servoing.features import Camera
 from mkt.servoing.loop import Servo
 from mkt.servoing.robot import Workspace
+from mkt.trackers.adaptive import Adaptive
+from mkt.trackers.appearance import background
 from mkt.trackers.by_name import LABELS, SLOW, TRACKERS
 from mkt.types import Frame, NDArray
 
@@ -51,16 +57,16 @@ def _workshop() -> dict[str, str]:
     return {"picture": _picture(empty, LOSSLESS)}
 
 
-@DATA.register("fig3")
-@DATA.register("fig4")
-@DATA.register("root_locus")
+@DATA.register("teuliere2009.fig3")
+@DATA.register("teuliere2009.fig4")
+@DATA.register("own.root_locus")
 def _viridis() -> dict[str, list[list[int]]]:
     """The colours of surfaces, from low to high."""
     colors = matplotlib.colormaps[SURFACE](np.arange(256), bytes=True)[:, :3]
     return {"viridis": colors.tolist()}
 
 
-@DATA.register("fig1")
+@DATA.register("teuliere2009.fig1")
 def _histograms() -> dict[str, Any]:
     """The colour of each bin."""
     return {
@@ -94,7 +100,7 @@ for _item in OBJECTS:
         DATA.add(f"surfaces-{_item}-{_space}", _made)
 
 
-@DATA.register("beats")
+@DATA.register("own.beats")
 def _beats() -> dict[str, Any]:
     """The film: what it is painted of, and where the car is."""
     scene = beats.film()
@@ -108,7 +114,7 @@ def _beats() -> dict[str, Any]:
     }
 
 
-@DATA.register("fig6")
+@DATA.register("teuliere2009.fig6")
 def _wall() -> dict[str, Any]:
     """What figure 6 is painted of, beside the workshop and the car of the film."""
     seeds = FIGURES["teuliere2009.fig6"].sliders["seed"]
@@ -134,7 +140,7 @@ def _wall() -> dict[str, Any]:
     }
 
 
-@DATA.register("approach")
+@DATA.register("own.approach")
 def _approach() -> dict[str, Any]:
     """The table from above with the car on it, and what the loop needs to know."""
     work, servo = Workspace(), Servo()
@@ -161,7 +167,56 @@ def _approach() -> dict[str, Any]:
     }
 
 
-@DATA.register("resampling")
+@DATA.register("nummiaro2003.fig3")
+def _waiting() -> dict[str, Any]:
+    """The model of the student, and how alike the background is to it."""
+    scene, tracker = students(0), Adaptive()
+    clip = runs.clip(scene)
+    model = tracker.learn(clip.frames[0], clip.truth[0])
+    image = tracker.bins(clip.frames[TREE])
+    roots = background(tracker.disc, image, model.half_axes)
+    k = steps.IN_FULL_VIEW
+    student = steps.likeness(tracker, clip.frames[k], clip.truth[k], model)
+    filled = np.flatnonzero(model.q)
+    return {
+        "size": scene.size,
+        "doors": doors(scene)[:-1],
+        "samples": tracker.disc.samples,
+        "share": tracker.b,
+        "halfAxes": model.half_axes.tolist(),
+        "model": list(zip(filled.tolist(), model.q[filled].tolist(), strict=True)),
+        "background": (roots @ np.sqrt(model.q)).round(4).tolist(),
+        "student": float(student),
+    }
+
+
+def _behind_the_tree(k: int) -> dict[str, Any]:
+    """Frame k to look at and, reduced to the colours that its bins tell apart, to bin.
+
+    With where the student is, while some of him is seen.
+    """
+    clip = runs.clip(students(0))
+    frame, seen = clip.frames[k], clip.visibility[k] > SEEN
+    return {
+        "picture": _picture(frame),
+        "binned": _picture(frame & 0xE0, LOSSLESS),  # eight steps a colour
+        "truth": clip.truth[k].round(2).tolist() if seen else None,
+    }
+
+
+_FIRST, _LAST, _STEP = FIGURES["nummiaro2003.fig3"].sliders["frame"]
+for _k in range(_FIRST, _LAST + 1, _STEP):
+    DATA.add(f"doors-{_k}", partial(_behind_the_tree, _k))
+
+
+@DATA.register("cordoba2014.complexity")
+def _readings() -> dict[str, Any]:
+    """The two readings of the search, that begun anew first."""
+    colors = [resampling.STYLES[anew][1] for anew in resampling.READINGS.values()]
+    return {"labels": list(resampling.READINGS), "colors": colors}
+
+
+@DATA.register("own.resampling")
 def _resampling() -> dict[str, Any]:
     """Distances for each number of particles, darts for each seed."""
     n, seed = (FIGURES["own.resampling"].sliders[name] for name in ("n", "seed"))
@@ -175,7 +230,7 @@ def _resampling() -> dict[str, Any]:
     }
 
 
-@DATA.register("success")
+@DATA.register("own.success")
 def _success() -> dict[str, Any]:
     """The trackers of the curves."""
     names = _quick()

@@ -33,6 +33,7 @@ HISTOGRAMS, SURFACES = "01_color_histograms", "02_cost_surfaces"
 NEWTON, BEATS = "04_multiple_kernel_ssd", "05_particle_filter"
 COMBINED = "06_combining_both"
 LOOP, SUCCESS, TRACK = "08_closing_the_loop", "14_fair_benchmark", "track"
+WAITING, SEARCHES = "10_color_particle_filter", "13_hybrid_resampling"
 LIVE = {name: entry for name, entry in FIGURES.items() if entry.live}
 BOX = (0xE4, 0x9C, 0x00)  # of mkt/live/camera.js
 PATIENCE = 300  # times 200 ms for sixty frames of the camera
@@ -444,6 +445,48 @@ def test_the_approach_ends_as_pythons_does_and_its_start_is_dragged(opened):
     panel.get_by_text("runs away").first.wait_for()
 
 
+def test_samples_wait_as_pythons_do_and_doors_are_dragged(opened):
+    settings = {"placement": "doors", "particles": 400, "frame": 131}
+    words = "&".join(f"{name}={value}" for name, value in settings.items())
+    page = opened(WAITING, f"#fig3?{words}")
+    panel = ready(page, "the tracking starts")
+    door = FIGURES["nummiaro2003.fig3"]
+    drawn = [door.draw(**settings, seed=seed)[1] for seed in range(3)]
+    wanted = [shown["positives"] for shown in drawn]
+    assert 150 < min(wanted) and abs(appearing(panel) - np.mean(wanted)) < 40
+    plot = panel.locator("canvas").nth(1).get_attribute("aria-label")
+    limit, student = (f"{drawn[0][name]:.2f}" for name in ("limit", "student"))
+    assert f"limit at {limit}" in plot and f"student at {student}" in plot
+    # The right door, which the student has come out of, goes to the top.
+    drag(page, panel.locator("canvas").first, (0.68, 0.5), (0.9, 0.1))
+    page.wait_for_url("**x2=*y2=*")
+    assert appearing(panel) == 0 and "does not start" in panel.inner_text()
+    slide(panel, "spreads above the mean").fill("0")
+    assert appearing(panel) > 100  # as the background does: half of it
+    panel.get_by_role("button", name="command for a PDF of it").click()
+    panel.get_by_text("spreads above the mean").last.wait_for()
+
+
+def test_a_search_is_counted_draw_by_draw(opened):
+    page = opened(SEARCHES, "#complexity?particles=10&draws=0")
+    panel = ready(page, "0 of 10 draws: 0 comparisons")
+    panel.get_by_role("button", name="play").click()
+    panel.get_by_text("10 of 10 draws").wait_for()
+    panel.get_by_role("button", name="play").wait_for()
+    anew, swept = number(panel, "draws:"), number(panel, "begins anew,")
+    assert 10 <= swept <= 19 < anew <= 55
+    exponents = panel.locator("canvas").nth(1).get_attribute("aria-label")
+    slopes = [float(words) for words in re.findall(r"\d\.\d\d", exponents)]
+    assert np.allclose(slopes, [2, 1], atol=0.1)
+    panel.locator("canvas").first.press("ArrowUp")
+    panel.get_by_text("9 of 10 draws").wait_for()
+
+
+def appearing(panel):
+    """How many samples appear, as the panel of figure 3 of [N03] says."""
+    return int(re.search(r"(\d+) of \d+ appear", panel.inner_text())[1])
+
+
 def test_the_ranking_follows_a_limit_that_moves_freely(opened):
     page = opened(SUCCESS, "#success?limit=0.37&scene=look-alike&seed=1")
     panel = ready(page, "first is")
@@ -716,6 +759,6 @@ def test_everybody_can_use_live_figures(opened, name):
 
 def test_the_script_is_light():
     text = live.script().encode()
-    assert len(text) < 220_000 and len(gzip.compress(text)) < 58_000
+    assert len(text) < 200_000 and len(gzip.compress(text)) < 55_000
     engine = (MODULES / "engine.js").read_bytes()
     assert len(gzip.compress(engine)) < 25_000

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from mkt.course import cli
-from mkt.experiments import claims, shipped
+from mkt.experiments import cache, claims, shipped
 from mkt.experiments import claims_as_text as listing
 from mkt.experiments.claims import (
     CLAIMS,
@@ -26,7 +26,7 @@ from mkt.experiments.claims import (
 )
 from mkt.experiments.statistics import MEAN, PAIRS, SHARE, STATISTICS
 from mkt.experiments.sweep import NUMBERS, Job, sweep
-from mkt.files import DataError
+from mkt.files import PACKAGE, DataError
 from mkt.scenes import SCENES
 from mkt.scenes.drawn import HELD_BACK, TUNING, drawn
 from mkt.trackers import by_name
@@ -275,6 +275,19 @@ def test_a_table_of_other_code_is_known(tmp_path):
         rows["refused"].map(lambda words: isinstance(words, str)).all()
         and (rows["refused"] == "").any()
     )
+
+
+def test_a_claim_hangs_on_what_it_measures_and_on_no_drawing(monkeypatch):
+    read, stripped = set(), cache.stripped
+    monkeypatch.setattr(
+        cache, "stripped", lambda path: read.add(path) or stripped(path)
+    )
+    shipped.code_of(shipped.CLAIMED)
+    names = {path.relative_to(PACKAGE).as_posix() for path in read}
+    measuring = {"papers/teuliere2009/claims.py", "trackers/ssd.py", "scenes/drawn.py"}
+    assert measuring | {"servoing/loop.py", "histograms.py", "tracking.py"} <= names
+    drawing = ("figures/", "papers/lessons/", "papers/live.py", "course/")
+    assert not any(name.startswith(drawing) for name in names)
 
 
 def mostly_the_same(now, then):

@@ -32,7 +32,7 @@ def test_a_figure_begins_with_what_it_needs(name):
     entry = FIGURES[name]
     first = explore(name).first
     assert set(first) == set(entry.live)
-    fields = first[name.split(".")[1]]["fields"]
+    fields = first[name]["fields"]
     assert set(fields) == set(entry.sliders)
     assert all(fields[slider]["words"] == WORDS[slider] for slider in fields)
     json.dumps(first, allow_nan=False)

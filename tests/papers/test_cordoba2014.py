@@ -9,7 +9,7 @@ import pytest
 from mkt.figures.registry import FIGURES
 from mkt.papers.cordoba2014.looks import RIVALS
 from mkt.papers.cordoba2014.printed import TABLE, said, source
-from mkt.papers.cordoba2014.resampling import ancestors
+from mkt.papers.cordoba2014.resampling import ancestors, spans
 from mkt.papers.cordoba2014.table import percent
 from mkt.papers.cordoba2014.tracking import found_again, moments
 from mkt.papers.runs import clip
@@ -166,6 +166,9 @@ def test_both_searches_draw_what_systematic_resampling_draws(seed):
     drawn = systematic(weights, np.random.default_rng(seed))
     np.testing.assert_array_equal(swept, drawn)
     assert few <= 2 * 60 - 1 < many == np.sum(anew + 1)
+    for begun, count in ((True, many), (False, few)):
+        first, last = spans(swept, begun).T
+        assert np.sum(last - first + 1) == count
 
 
 def test_exponents_one_and_two():

@@ -20,11 +20,11 @@ from nbformat import NotebookNode
 import mkt
 from mkt.course.book.checks import code_cells, figure_cells, tree
 from mkt.experiments import cache
+from mkt.experiments.shipped import PAPERS, reachable
 from mkt.figures import export
 from mkt.figures.registry import FIGURES, Entry
-from mkt.files import PACKAGE, ROOT
+from mkt.files import ROOT
 
-PAPERS = PACKAGE / "papers"
 PACKAGES = ROOT / "environment.txt"
 # What lies beside a module is a template or a table that it reads; scripts and styles
 # are for the browser.
@@ -70,33 +70,6 @@ def _surroundings(files: Iterable[Path]) -> Iterator[Any]:
     yield PACKAGES.read_text("utf-8")
     yield _digests(reached)
     yield [path.read_bytes() for path in beside(reached)]
-
-
-def reachable(files: Iterable[Path]) -> set[Path]:
-    """The files of the library that some files can reach by imports, themselves too.
-
-    Unlike `mkt.experiments.cache.reachable` it leaves out what the registries of
-    figures and claims find in the papers: who names a figure has its file among the
-    first ones.  Only a first file that makes such a registry reaches all of them.
-    """
-    first = list(files)
-    waiting = list(first)
-    found: set[Path] = set()
-    while waiting:
-        path = waiting.pop()
-        if path not in found:
-            found.add(path)
-            waiting += _next(path, path in first)
-    return found
-
-
-def _next(path: Path, first: bool) -> list[Path]:
-    """The files that a file imports; of a first one also what its registries find."""
-    imported = cache.imported(path)
-    if first or PAPERS in path.parents:
-        return imported
-    # Nothing below the papers imports from them: it is a registry that looks there.
-    return [other for other in imported if PAPERS not in other.parents]
 
 
 def _digests(files: set[Path]) -> list[str]:

@@ -74,30 +74,74 @@ def timed(anew: bool, sizes: Sequence[int], seed: int = 0) -> list[float]:
     return [float(times.min()) for times in side_by_side(works, repeats=3).values()]
 
 
+def spans(chosen: NDArray, anew: bool) -> NDArray:
+    """The particles that each draw is compared with, first and last: (N, 2).
+
+    Parameters
+    ----------
+    chosen : (N,) int array
+        The ancestors.
+    anew : bool
+        As for `ancestors`.
+    """
+    before = np.r_[0, chosen[:-1]]
+    return np.column_stack([np.zeros_like(chosen) if anew else before, chosen])
+
+
 def exponent(n: ArrayLike, values: ArrayLike) -> float:
     """The slope of a straight line through the logarithms."""
     return float(np.polyfit(np.log(n), np.log(values), 1)[0])
 
 
-@figure("cordoba2014.complexity", size=(10, 4.2), largest=[400, 800, 1600])
-def complexity(fig: Figure, *, largest: int = 1600, seed: int = 0) -> Shown:
+@figure(
+    "cordoba2014.complexity",
+    size=(10, 3.9),
+    live=("cordoba2014.complexity",),
+    particles=(4, 40, 1),
+    largest=[400, 800, 1600],
+    seed=(0, 20, 1),
+)
+def complexity(
+    fig: Figure, *, particles: int = 12, largest: int = 1600, seed: int = 0
+) -> Shown:
     """Section 4.5: what resampling costs, counted and timed.
 
-    Comparisons and time of two readings of the search through the cumulative weights,
-    for particles of random weight; the exponents are slopes of straight lines through
-    the logarithms.  The paper counts N searches of up to N steps each and concludes
-    O(N^2).  But its Algorithm 1 never sets i back to the start, so that all searches
-    together take at most 2 N steps.  Times are of plain Python loops on the machine
-    that drew this, the best of three.
+    Two readings of the search through the cumulative weights, for particles of random
+    weight.  At the left a row for each draw, as long as there are particles that it is
+    compared with; then comparisons and time for larger numbers of particles, where the
+    exponents are slopes of straight lines through the logarithms.  The paper counts N
+    searches of up to N steps each and concludes O(N^2).  But its Algorithm 1 never sets
+    i back to the start, so that all searches together take at most 2 N steps.  Times
+    are of plain Python loops on the machine that drew this, the best of three.
     """
     n = np.unique(np.geomspace(25, largest, SIZES).round().astype(int))
     costs = {label: _costs(anew, n, seed) for label, anew in READINGS.items()}
-    fig.subplots_adjust(left=0.07, right=0.985, bottom=0.14, top=0.92, wspace=0.2)
-    for ax, column in zip(fig.subplots(1, 2), COLUMNS, strict=True):
+    fig.subplots_adjust(left=0.05, right=0.99, bottom=0.14, top=0.83, wspace=0.28)
+    few, *many = fig.subplots(1, 3)
+    rows = _draw_spans(few, particles, seed)
+    fig.legend(handles=few.containers, loc="upper center", ncols=2)
+    for ax, column in zip(many, COLUMNS, strict=True):
         _draw_costs(ax, costs, column)
     anew, sweep = (_exponents(cost) for cost in costs.values())
     table = pd.concat(costs, names=["reading"]).reset_index("reading")
-    return shown(table, n=n, anew=anew, sweep=sweep)
+    return shown(table, n=n, anew=anew, sweep=sweep, rows=rows)
+
+
+def _draw_spans(ax: Axes, n: int, seed: int) -> dict[str, int]:
+    """The comparisons of few particles; returns how many there are for each reading."""
+    chosen, _ = ancestors(*_draw(n, seed), anew=False)
+    counts = {}
+    for label, anew in READINGS.items():
+        first, last = spans(chosen, anew).T
+        long = last - first + 1
+        style = {"color": STYLES[anew][1], "height": 0.8, "alpha": 0.4 if anew else 1}
+        ax.barh(range(n), long, left=first - 0.5, label=label, **style)
+        counts[label] = int(long.sum())
+    ax.set(xlim=(-0.5, n - 0.5), ylim=(n - 0.5, -0.5), xlabel="particle i")
+    ax.set(
+        ylabel="draw", title=" and ".join(map(str, counts.values())) + " comparisons"
+    )
+    return counts
 
 
 def _costs(anew: bool, n: NDArray, seed: int) -> pd.DataFrame:
@@ -118,9 +162,8 @@ def _draw_costs(ax: Axes, costs: dict[str, pd.DataFrame], column: str) -> None:
     """A column of the costs of each reading against the number of particles."""
     for label, cost in costs.items():
         marker, color = STYLES[READINGS[label]]
-        text = f"{label}: exponent {exponent(cost['particles'], cost[column]):.2f}"
+        text = f"exponent {exponent(cost['particles'], cost[column]):.2f}"
         line = cost["particles"], cost[column], f"{marker}-"
         ax.loglog(*line, color=color, label=text)
     ax.set(xlabel="number of particles N", ylabel=column)
     ax.legend(loc="upper left")
-    ax.set_ylim(top=30 * ax.get_ylim()[1])

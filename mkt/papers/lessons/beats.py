@@ -107,7 +107,7 @@ def last_round(
 @figure(
     "own.beats",
     size=(10, 8),
-    live=("beats", "workshop"),
+    live=("own.beats", "workshop"),
     frame=(1, LENGTH - 1, 1),
     n=(10, 300, 5),
     noise=(0.2, 4.0, 0.1),

@@ -35,7 +35,7 @@ BOBOT = "#0072b2"
 @figure(
     "own.success",
     size=(10, 5),
-    live=("success",),
+    live=("own.success",),
     limit=(0.05, 0.95, 0.05),
     scene=list(SCENES),
     seed=[0, 1],

@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
+import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.signal import dlsim
 
 from mkt.figures.registry import Shown, figure, grid_columns, shown
 from mkt.papers import runs
@@ -180,7 +180,7 @@ def _motion_table(L: Array, outlines: Array) -> pd.DataFrame:
 @figure(
     "own.approach",
     size=(10, 5.2),
-    live=("approach",),
+    live=("own.approach",),
     gain=(0.05, 10.0, 0.05),
     fps=(1.0, 30.0, 0.5),
     delay=(0, 6, 1),
@@ -286,7 +286,7 @@ def _approach_table(run: Run, promised: Array, outlines: Array) -> pd.DataFrame:
 @figure(
     "own.root_locus",
     size=(10, 4.4),
-    live=("root_locus",),
+    live=("own.root_locus",),
     gain=[0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0],
     delay=[0, 1, 2, 3],
     compensation=list(FILTERS),
@@ -376,7 +376,7 @@ def answer(loop: Any) -> tuple[Array, Array, Array]:
     """
     t = np.arange(0, 18, loop.dt)
     velocity = 5.0 * (t >= 1) - 10.0 * (t >= 8) + 5.0 * (t >= 12)
-    error = dlsim((loop.A, loop.B, loop.C, loop.D, loop.dt), velocity)[1]
+    error = scipy.signal.dlsim((loop.A, loop.B, loop.C, loop.D, loop.dt), velocity)[1]
     return t, velocity, error[:, 0]
 
 

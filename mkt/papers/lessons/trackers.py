@@ -52,7 +52,7 @@ STEPS = 10
 @figure(
     "own.newton",
     size=(10, 4.6),
-    live=("newton", "surfaces-car-hsv"),
+    live=("own.newton", "surfaces-car-hsv"),
     dx=(0, 64, 8),
     turn=(0, 80, 20),
     scale=(0.6, 1.6, 0.2),
@@ -143,7 +143,7 @@ def _draw_errors(ax: Axes, remaining: Mapping[str, Array]) -> None:
 @figure(
     "own.resampling",
     size=(10, 5),
-    live=("resampling",),
+    live=("own.resampling",),
     scheme=list(SCHEMES),
     n=(4, 12, 2),
     lam=(0, 60, 20),

@@ -199,7 +199,7 @@ def fig2(
     offsets = np.arange(-extent, extent + 1.0)
     places = displaced(truth, offsets, offsets[:, None])
     model = tracker.learn(clip.frames[0], clip.truth[0])
-    rho = _coefficients(tracker, clip.frames[frame], places, model)
+    rho = likeness(tracker, clip.frames[frame], places, model)
     best = places[np.unravel_index(np.argmax(rho), rho.shape)]
 
     left = fig.add_axes((0.01, 0.08, 0.46, 0.82))
@@ -237,9 +237,7 @@ def _on_the_face(tracker: Adaptive, frame: int) -> tuple[Region, Regions]:
     return track.regions[frame], track.info["particles"][max(frame, 1)]
 
 
-def _coefficients(
-    tracker: Adaptive, frame: Frame, regions: Regions, model: Model
-) -> Array:
+def likeness(tracker: Adaptive, frame: Frame, regions: Regions, model: Model) -> Array:
     """How alike the ellipses of regions (..., 5) in a frame are to a model: (...)."""
     particles = _standing(regions.reshape(-1, 5))
     rho = tracker.observe(tracker.bins(frame), particles, model)
@@ -320,10 +318,11 @@ IN_FULL_VIEW = 30  # a frame in which the whole student is seen
 @figure(
     "nummiaro2003.fig3",
     size=(10, 4.1),
-    grid=("placement", "frame"),
+    live=("nummiaro2003.fig3", f"doors-{TREE}"),
     placement=PLACEMENTS,
-    particles=[25, 100, 400],
-    frame=[TREE, TREE + 30],
+    particles=(10, 400, 5),
+    frame=(TREE, TREE + 40, 5),
+    seed=(0, 20, 1),
 )
 def fig3(
     fig: Figure,
@@ -331,6 +330,7 @@ def fig3(
     placement: str = "doors and borders",
     particles: int = 100,
     frame: int = TREE,
+    seed: int = 0,
 ) -> Shown:
     """Samples that wait where the target may appear, and how they know it.
 
@@ -347,11 +347,11 @@ def fig3(
     clip = runs.clip(scene)
     tracker = Adaptive(n=particles, zones=placements(scene)[placement])
     model = tracker.learn(clip.frames[0], clip.truth[0])
-    state = tracker.expect(clip.frames[TREE], model, np.random.default_rng(0))
+    state = tracker.expect(clip.frames[TREE], model, np.random.default_rng(seed))
     around = state.background @ np.sqrt(model.q)
     rho = tracker.observe(tracker.bins(clip.frames[frame]), state.particles, model)
     k = IN_FULL_VIEW
-    student = _coefficients(tracker, clip.frames[k], clip.truth[k], model)
+    student = likeness(tracker, clip.frames[k], clip.truth[k], model)
 
     appears = rho > state.limit
     left = fig.add_axes((0.01, 0.04, 0.53, 0.86))

@@ -97,7 +97,7 @@ def _dimmed(picture: Frame, weights: Array) -> Frame:
 @figure(
     "teuliere2009.fig1",
     size=(10, 3.6),
-    live=("fig1", "surfaces-car-hsv"),
+    live=("teuliere2009.fig1", "surfaces-car-hsv"),
     profile=list(PROFILES),
     span=(0.4, 1.0, 0.1),
     bins=list(SPACES),
@@ -145,7 +145,7 @@ def fig1(
 @figure(
     "teuliere2009.fig2",
     size=(10, 4.2),
-    live=("fig2",),
+    live=("teuliere2009.fig2",),
     layout=["one", "2x2", "3x3", "4x4", "tiles"],
     span=(0.4, 1.4, 0.1),
     profile=list(PROFILES),
@@ -258,7 +258,7 @@ def cost_surfaces(
 @figure(
     "teuliere2009.fig3",
     size=(10, 6.2),
-    live=("fig3", "surfaces-car-hsv"),
+    live=("teuliere2009.fig3", "surfaces-car-hsv"),
     layout=["one", "2x2", "3x3", "4x4"],
     span=(0.4, 1.4, 0.1),
     bins=list(SPACES),
@@ -321,7 +321,7 @@ def _surface_table(
 @figure(
     "teuliere2009.fig4",
     size=(10, 6),
-    live=("fig4", "surfaces-car-hsv", "sprite-car", "workshop"),
+    live=("teuliere2009.fig4", "surfaces-car-hsv", "sprite-car", "workshop"),
     exposure=(0.0, 1.0, 0.1),
     speed=(0, 40, 4),
     layout=["one", "2x2", "3x3", "4x4"],

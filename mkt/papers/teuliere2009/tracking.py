@@ -114,7 +114,7 @@ def before_and_after(regions: Regions, clip: Clip) -> tuple[Array, Array, NDArra
 @figure(
     "teuliere2009.fig6",
     size=(10, 9.4),
-    live=("fig6", "beats", "workshop"),
+    live=("teuliere2009.fig6", "own.beats", "workshop"),
     particles=(10, 300, 5),
     threshold=(0.2, 1.0, 0.01),
     occlusion=(1, 20, 1),
