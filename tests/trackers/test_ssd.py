@@ -242,6 +242,57 @@ def test_a_path_is_one_step_after_the_other():
         np.testing.assert_allclose(there, moved(here, step))
 
 
+def test_a_path_leaves_the_derivative_of_c_out_where_it_is_told_to():
+    clip = scene()
+    image, target = learnt(clip)
+    start = displaced(clip.truth[0], 3, 0, np.deg2rad(6), 1.07)
+    _, there = newton_path(target, image, start, 1, derivative_of_c=False)
+    step = newton_step(*differentiate(target, image, start, False), target.q)
+    np.testing.assert_allclose(there, moved(start, step))
+    assert np.abs(there - newton_path(target, image, start, 1)[1]).max() > 0.1
+
+
+def test_a_tracker_takes_its_steps_span_after_span():
+    clip, rng = scene(), np.random.default_rng(0)
+    tracker = SSD(spans=(1.4, 1.0), iterations=2)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    assert [target.kernels.span for target in state.targets] == [1.4, 1.0]
+    assert state.size == pytest.approx(np.sqrt(np.prod(clip.truth[0, 3:])))
+    image = tracker.bins(clip.frames[1])
+    region = start = displaced(clip.truth[0], 6, 0, np.deg2rad(9), 1.1)
+    taken = []
+    for target in state.targets:
+        region, steps = minimise(target, image, region, 2)
+        taken.append(steps)
+    after, info = tracker.step(state._replace(region=start), clip.frames[1], rng)
+    np.testing.assert_allclose(after.region, region)
+    assert info["steps"] == info["evaluations"] == sum(taken) > max(taken)
+
+
+@pytest.mark.parametrize(
+    "field, value",
+    [
+        ("iterations", 0),
+        ("iterations", 2.5),
+        ("spans", ()),
+        ("sizes", (0.0, 1.0)),
+        ("sizes", (2.0, 1.0)),
+        ("sizes", (-1.0, 1.0)),
+        ("sizes", (0.5, np.inf)),
+    ],
+)
+def test_a_field_that_makes_no_sense_is_refused(field, value):
+    with pytest.raises(ValueError, match=f"^{field} is "):
+        SSD(**{field: value})
+
+
+def test_bounds_on_the_size_may_be_one():
+    clip = scene()
+    tracker = SSD(sizes=(1.0, 1.0))
+    found = track(tracker, clip).regions[-1]
+    assert np.prod(found[3:]) == pytest.approx(np.prod(clip.truth[0, 3:]))
+
+
 def test_steps_of_the_optimiser_are_counted():
     clip = scene()
     image, target = learnt(clip)
