@@ -25,8 +25,8 @@ class Comparisons {
     Object.assign(this, { labels, colors });
     const { particles, largest, seed } = fields;
     const high = particles.high;
-    const draws = { low: 0, high, step: 1, value: high, own: true, title: "draws done" };
-    const all = { particles, draws, largest, seed };
+    const left = { low: 0, high, step: 1, value: 0, own: true, title: "draws to come" };
+    const all = { particles, left, largest, seed };
     this.controls = new Controls(name, all, () => this.follow());
     this.rows = new Canvas("", 0.85, (...pen) => this.drawRows(...pen), 260);
     this.lines = new Canvas("", 0.85, (...pen) => this.drawLines(...pen), 260);
@@ -40,25 +40,31 @@ class Comparisons {
     });
     const key = el("p", { class: "mkt-note" }, ...names);
     const stage = el("div", { class: "mkt-stage mkt-pairs" }, this.rows.node, this.lines.node); // prettier-ignore
-    const hint = el("p", { class: "mkt-note" }, "Each row is a draw, as long as there are particles that it is compared with. The arrow keys take a draw more or less."); // prettier-ignore
+    const hint = el("p", { class: "mkt-note" }, "Each row is a draw, as long as there are particles that it is compared with. The arrow keys take a draw more or less; play takes them all."); // prettier-ignore
     const { node, note } = this.controls;
     takeOver(panel, node, note, acts, key, stage, this.said, hint, this.controls.copies()); // prettier-ignore
-    const step = ([right, down]) => this.controls.set({ draws: this.done() + right + down });
+    const step = ([right, down]) => this.take(right + down);
     for (const canvas of [this.rows, this.lines]) canvas.keyed(step);
   }
 
   done() {
-    const { draws, particles } = this.controls.values;
-    return Math.min(draws, particles);
+    const { left, particles } = this.controls.values;
+    return Math.max(particles - left, 0);
+  }
+
+  // So many draws more.
+  take(more, quick = false) {
+    const { particles } = this.controls.values;
+    this.controls.set({ left: particles - this.done() - more }, quick);
   }
 
   play() {
     if (this.playing) return this.pause();
-    if (this.done() === this.controls.values.particles) this.controls.set({ draws: 0 }, true); // prettier-ignore
+    if (!this.controls.values.left) this.take(-this.done(), true);
     this.player.textContent = "pause";
     this.playing = setInterval(() => {
-      this.controls.set({ draws: this.done() + 1 }, true);
-      if (this.done() === this.controls.values.particles) this.pause();
+      this.take(1, true);
+      if (!this.controls.values.left) this.pause();
     }, PACE);
   }
 

@@ -468,7 +468,7 @@ def test_samples_wait_as_pythons_do_and_doors_are_dragged(opened):
 
 
 def test_a_search_is_counted_draw_by_draw(opened):
-    page = opened(SEARCHES, "#complexity?particles=10&draws=0")
+    page = opened(SEARCHES, "#complexity?particles=10&left=10")
     panel = ready(page, "0 of 10 draws: 0 comparisons")
     panel.get_by_role("button", name="play").click()
     panel.get_by_text("10 of 10 draws").wait_for()
@@ -480,6 +480,7 @@ def test_a_search_is_counted_draw_by_draw(opened):
     assert np.allclose(slopes, [2, 1], atol=0.1)
     panel.locator("canvas").first.press("ArrowUp")
     panel.get_by_text("9 of 10 draws").wait_for()
+    page.wait_for_url("**left=1*")
 
 
 def appearing(panel):
