@@ -286,11 +286,36 @@ def test_a_field_that_makes_no_sense_is_refused(field, value):
         SSD(**{field: value})
 
 
-def test_bounds_on_the_size_may_be_one():
+@pytest.mark.parametrize("scale", [0.7, 1.4])
+def test_the_size_is_bounded_and_the_aspect_kept(scale):
     clip = scene()
-    tracker = SSD(sizes=(1.0, 1.0))
-    found = track(tracker, clip).regions[-1]
-    assert np.prod(found[3:]) == pytest.approx(np.prod(clip.truth[0, 3:]))
+    tracker = SSD(sizes=(0.9, 1.1), iterations=1)
+    truth = clip.truth[0]
+    state = tracker.init(clip.frames[0], truth, np.random.default_rng(0))
+    start = displaced(truth, 25, 25, 1.0, scale)
+    region, _, _ = tracker.refine(state, tracker.bins(clip.frames[0]), start)
+    factor = 0.9 if scale < 1 else 1.1
+    np.testing.assert_allclose(region[3:], factor * truth[3:])
+
+
+def test_a_robust_step_trusts_each_kernel_by_its_likeness():
+    clip = scene()
+    image, target = learnt(clip)
+    start = displaced(clip.truth[0], 3, 0, np.deg2rad(6), 1.07)
+    q, dq = differentiate(target, image, start)
+    step = newton_step(q, dq, target.q, coefficient(q, target.q) ** 8)
+    robust, _ = minimise(target, image, start, 1, robust=True)
+    np.testing.assert_allclose(robust, moved(start, step))
+    plain, _ = minimise(target, image, start, 1)
+    assert np.abs(robust - plain).max() > 1e-3
+
+
+def test_what_must_not_change_costs_nothing():
+    region = np.array([100.0, 80.0, 0.3, 40.0, 25.0])
+    prior = Prior(region, np.array([1.0, 2.0, np.inf, 3.0]))
+    near = displaced(region, 3, -2, 0.05, 1.02)
+    expected = prior.off(near) ** 2 @ [1.0, 2.0, 0.0, 3.0]
+    assert prior.cost(near) == pytest.approx(expected)
 
 
 def test_steps_of_the_optimiser_are_counted():
