@@ -216,6 +216,17 @@ def test_empty_bins_give_no_step_and_no_nan():
     assert np.isfinite(newton_step(q, dq, np.full((9, 20), 0.05))).all()
 
 
+@pytest.mark.parametrize("scale", [0.01, 1.0, 100.0])
+@pytest.mark.parametrize("share, moves", [(5e-4, False), (2e-3, True)])
+def test_a_direction_gets_a_step_from_a_thousandth_of_the_largest(scale, share, moves):
+    """Of the largest curvature; J is diagonal, and e = 1 / 2 in each bin."""
+    curvature = scale * np.array([1.0, 0.5, 0.01, share])
+    dq = 0.5 * np.diag(np.sqrt(curvature))[None]
+    step = newton_step(np.full((1, 4), 0.25), dq, np.zeros((1, 4)))
+    expected = -1 / np.sqrt(curvature) * [1, 1, 1, moves]
+    np.testing.assert_allclose(step, expected, atol=1e-9)
+
+
 def test_steps_are_bounded():
     region = np.array([0.0, 0, 0, 20, 10])
     far = moved(region, np.array([1e6, -1e6, 50, 50]))
@@ -329,7 +340,7 @@ def test_steps_of_the_optimiser_are_counted():
     assert steps < 5  # it is there already
 
 
-@pytest.mark.parametrize("dx", [0, 4, 30])
+@pytest.mark.parametrize("dx", [0, 4, 30, 130])  # 130: partly outside the image
 def test_the_distance_at_a_region_is_the_one_of_the_histograms(dx):
     clip = scene()
     image, target = learnt(clip)
