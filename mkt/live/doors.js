@@ -132,10 +132,14 @@ class Doors {
       [this.limit, APPEARS, `\u03bc + ${number(sigmas)} \u03c3`],
       [this.student, STUDENT, "student"],
     ];
+    pen.textAlign = "right";
     lines.forEach(([value, color, label], i) => {
-      Object.assign(pen, { fillStyle: color, textAlign: "right" });
+      const y = box[1] + 14 + 15 * i;
+      pen.fillStyle = color;
       pen.fillRect(across(value) - 1, box[1], 2, box[3]);
-      pen.fillText(`${label} ${value.toFixed(2)}`, across(LEGEND), box[1] + 14 + 15 * i);
+      pen.fillRect(across(LEGEND) + 4, y - 9, 9, 9);
+      pen.fillStyle = ink;
+      pen.fillText(`${label} ${value.toFixed(2)}`, across(LEGEND), y);
     });
     const below = this.background.filter((rho) => rho <= this.limit).length / this.background.length; // prettier-ignore
     Object.assign(pen, { fillStyle: ink, textAlign: "left" });
