@@ -32,7 +32,7 @@ export function ellipseHistogram(image, disc, region) {
 }
 
 // The Bhattacharyya coefficient of an ellipse with a model [[bin, share], ...].
-export function likeness(image, disc, region, model) {
+export function coefficient(image, disc, region, model) {
   const p = ellipseHistogram(image, disc, region);
   return model.reduce((rho, [u, share]) => rho + Math.sqrt(p[u] * share), 0);
 }

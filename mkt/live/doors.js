@@ -1,7 +1,7 @@
 // Figure 3 of [N03], live: samples wait for a student behind a tree, at doors that are
 // dragged, and those that look enough like the model appear.
 
-import { disc, likeness, place, summary } from "./appearance.js";
+import { coefficient, disc, place, summary } from "./appearance.js";
 import { colorBins, random } from "./engine.js";
 import { load } from "./host.js";
 import { axes, Canvas, Controls, dot, el, number, pixels, takeOver } from "./page.js"; // prettier-ignore
@@ -72,7 +72,7 @@ class Doors {
     const { particles, sigmas, seed } = this.controls.values;
     const rng = random(seed);
     this.regions = place(this.zones(), this.size, this.halfAxes, particles, rng);
-    this.rho = this.regions.map((region) => likeness(this.image, this.disc, region, this.model)); // prettier-ignore
+    this.rho = this.regions.map((region) => coefficient(this.image, this.disc, region, this.model)); // prettier-ignore
     this.limit = this.around.mean + sigmas * this.around.spread;
     this.positives = this.rho.filter((rho) => rho > this.limit).length;
     this.draw();

@@ -176,7 +176,7 @@ def _waiting() -> dict[str, Any]:
     image = tracker.bins(clip.frames[TREE])
     roots = background(tracker.disc, image, model.half_axes)
     k = steps.IN_FULL_VIEW
-    student = steps.likeness(tracker, clip.frames[k], clip.truth[k], model)
+    student = steps.coefficients(tracker, clip.frames[k], clip.truth[k], model)
     filled = np.flatnonzero(model.q)
     return {
         "size": scene.size,
@@ -193,7 +193,7 @@ def _waiting() -> dict[str, Any]:
 def _behind_the_tree(k: int) -> dict[str, Any]:
     """Frame k to look at and, reduced to the colours that its bins tell apart, to bin.
 
-    With where the student is, while some of him is seen.
+    With where the student is, while most of the student is seen.
     """
     clip = runs.clip(students(0))
     frame, seen = clip.frames[k], clip.visibility[k] > SEEN

@@ -14,12 +14,12 @@ from tests.strategies import frames
 MODULE = joined("appearance")
 ALL = "\nexport const all = { ...engine_js, ...appearance_js };"
 RUN = """
-const { colorBins, disc, likeness, place, replay, summary } = live.all;
+const { coefficient, colorBins, disc, place, replay, summary } = live.all;
 const { zones, size, halfAxes, n, drawn, model, samples, around } = data;
 const regions = place(zones, size, halfAxes, n, replay(drawn));
 const image = colorBins({ space: "rgb" })(picture(data.frame));
 const points = disc(samples);
-const rho = data.wanted.map((region) => likeness(image, points, region, model));
+const rho = data.wanted.map((region) => coefficient(image, points, region, model));
 return { regions, rho, about: summary(around) };
 """
 few = settings(

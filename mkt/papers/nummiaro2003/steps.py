@@ -199,7 +199,7 @@ def fig2(
     offsets = np.arange(-extent, extent + 1.0)
     places = displaced(truth, offsets, offsets[:, None])
     model = tracker.learn(clip.frames[0], clip.truth[0])
-    rho = likeness(tracker, clip.frames[frame], places, model)
+    rho = coefficients(tracker, clip.frames[frame], places, model)
     best = places[np.unravel_index(np.argmax(rho), rho.shape)]
 
     left = fig.add_axes((0.01, 0.08, 0.46, 0.82))
@@ -237,7 +237,9 @@ def _on_the_face(tracker: Adaptive, frame: int) -> tuple[Region, Regions]:
     return track.regions[frame], track.info["particles"][max(frame, 1)]
 
 
-def likeness(tracker: Adaptive, frame: Frame, regions: Regions, model: Model) -> Array:
+def coefficients(
+    tracker: Adaptive, frame: Frame, regions: Regions, model: Model
+) -> Array:
     """How alike the ellipses of regions (..., 5) in a frame are to a model: (...)."""
     particles = _standing(regions.reshape(-1, 5))
     rho = tracker.observe(tracker.bins(frame), particles, model)
@@ -351,7 +353,7 @@ def fig3(
     around = state.background @ np.sqrt(model.q)
     rho = tracker.observe(tracker.bins(clip.frames[frame]), state.particles, model)
     k = IN_FULL_VIEW
-    student = likeness(tracker, clip.frames[k], clip.truth[k], model)
+    student = coefficients(tracker, clip.frames[k], clip.truth[k], model)
 
     appears = rho > state.limit
     left = fig.add_axes((0.01, 0.04, 0.53, 0.86))
