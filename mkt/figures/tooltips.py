@@ -18,6 +18,7 @@ WORDS = {
     "dof": "how many of its six velocities the camera may use",
     "dx": "how far the start is displaced to the right [px]",
     "elliptic": "whether the kernel ends on the ellipse, and not on a circle round it",
+    "epsilon": "the share of the background that looks like the target [%]",
     "exposure": "how long the shutter is open, as a share of a frame",
     "extent": "how far the surface reaches to each side [px]",
     "features": "what the robot gets: a tracker's region, or the tr"

@@ -2,6 +2,7 @@
 
 import { approach } from "./approach.js";
 import { beats } from "./beats.js";
+import { chance } from "./chance.js";
 import { comparisons } from "./comparisons.js";
 import { doors } from "./doors.js";
 import { histogramsOf } from "./histograms.js";
@@ -18,6 +19,7 @@ export const LIVE = {
   "nummiaro2003.fig3": doors,
   "own.approach": approach,
   "own.beats": beats,
+  "own.chance": chance,
   "own.newton": newton,
   "own.resampling": resampling,
   "own.root_locus": rootLocus,

@@ -20,12 +20,12 @@ from mkt.figures.live import DATA
 from mkt.figures.registry import FIGURES
 from mkt.papers import runs
 from mkt.papers.cordoba2014 import resampling
-from mkt.papers.lessons import beats, benchmark, servoing
+from mkt.papers.lessons import beats, benchmark, chance, servoing
 from mkt.papers.lessons.trackers import spread_distances
 from mkt.papers.nummiaro2003 import steps
 from mkt.papers.teuliere2009 import tracking
 from mkt.papers.teuliere2009.histograms import WIDTH, still
-from mkt.plotting import EIGHT, SURFACE, bin_colors
+from mkt.plotting import CONTRAST, DESIRED, EIGHT, SURFACE, bin_colors
 from mkt.plotting import TRACKERS as COLORS
 from mkt.regions import corners
 from mkt.scenes.drawn import Drawn
@@ -214,6 +214,18 @@ def _readings() -> dict[str, Any]:
     """The two readings of the search, that begun anew first."""
     colors = [resampling.STYLES[anew][1] for anew in resampling.READINGS.values()]
     return {"labels": list(resampling.READINGS), "colors": colors}
+
+
+@DATA.register("own.chance")
+def _chance() -> dict[str, Any]:
+    """How long is waited, and what is drawn."""
+    return {
+        "wait": chance.WAIT,
+        "highest": chance.HIGHEST,
+        "margin": chance.MARGIN,
+        "compared": chance.COMPARED,
+        "colors": [CONTRAST[0], DESIRED],
+    }
 
 
 @DATA.register("own.resampling")

@@ -34,6 +34,7 @@ NEWTON, BEATS = "04_multiple_kernel_ssd", "05_particle_filter"
 COMBINED = "06_combining_both"
 LOOP, SUCCESS, TRACK = "08_closing_the_loop", "14_fair_benchmark", "track"
 WAITING, SEARCHES = "10_color_particle_filter", "13_hybrid_resampling"
+FINDING = "11_losing_and_finding"
 LIVE = {name: entry for name, entry in FIGURES.items() if entry.live}
 BOX = (0xE4, 0x9C, 0x00)  # of mkt/live/camera.js
 PATIENCE = 300  # times 200 ms for sixty frames of the camera
@@ -481,6 +482,22 @@ def test_a_search_is_counted_draw_by_draw(opened):
     panel.locator("canvas").first.press("ArrowUp")
     panel.get_by_text("9 of 10 draws").wait_for()
     page.wait_for_url("**left=1*")
+
+
+def test_the_line_of_chance_is_dragged_to_where_no_start_is_false(opened):
+    page = opened(FINDING, "#chance?particles=400&epsilon=2.5")
+    panel = ready(page, "no false start in 100 frames")
+    chance = FIGURES["own.chance"]
+    none = chance.draw(particles=400, epsilon=2.5)[1]["none"]
+    assert number(panel, "With") == pytest.approx(100 * none, abs=0.05)
+    waits = panel.locator("canvas").nth(1)
+    drag(page, waits, (0.5, 0.5), (0.265, 0.5))
+    page.wait_for_url("**b=0.0*")
+    b = float(re.search(r"b=([\d.]+)", page.url)[1])
+    waits.press("ArrowLeft")
+    page.wait_for_url(f"**b={b - 0.01:.2f}*")
+    none = chance.draw(particles=400, epsilon=2.5, b=round(b - 0.01, 2))[1]["none"]
+    assert number(panel, "With") == pytest.approx(100 * none, abs=0.05)
 
 
 def appearing(panel):

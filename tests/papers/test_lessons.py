@@ -12,6 +12,7 @@ from mkt.histograms import learn
 from mkt.homographies import through
 from mkt.kernels import Kernels
 from mkt.papers import runs
+from mkt.papers.lessons import chance
 from mkt.papers.lessons import planes as lessons_on_planes
 from mkt.papers.lessons import trackers as lessons
 from mkt.particles import SCHEMES, effective_sample_size
@@ -273,3 +274,18 @@ def test_starts_are_as_far_off_as_they_say():
         planes.poses(h, Camera(), region[3:])[0][:3, 2] for h in (truth, tilted)
     )
     assert np.isclose(np.rad2deg(np.arccos(before @ after)), 30, atol=0.01)
+
+
+def test_a_false_start_is_as_frequent_as_the_count_by_hand_says():
+    """More than 2 of 4 coins: 5 of 16; and no number of samples helps b = epsilon."""
+    assert chance.false_start(4, 0.5, 0.5) == pytest.approx(5 / 16)
+    rng = np.random.default_rng(0)
+    drawn = rng.random((20000, 50)) < 0.05
+    often = np.mean(drawn.sum(axis=1) > 0.1 * 50)
+    shown = numbers("own.chance", particles=50)
+    assert shown["false"] == pytest.approx(often, abs=0.005)
+    assert shown["none"] == pytest.approx((1 - shown["false"]) ** 100)
+    for particles in (25, 100, 400):
+        assert (
+            0.4 < numbers("own.chance", epsilon=10, particles=particles)["false"] < 0.5
+        )

@@ -1,0 +1,21 @@
+// How many of n samples appear by chance: mkt.papers.lessons.chance.
+
+// The probabilities of 0, 1, ..., n successes, each with probability p between 0 and 1.
+export function binomial(n, p) {
+  const log = [n * Math.log1p(-p)];
+  const odds = Math.log(p) - Math.log1p(-p);
+  for (let k = 1; k <= n; k++) log.push(log[k - 1] + Math.log((n - k + 1) / k) + odds);
+  return log.map(Math.exp);
+}
+
+// The probability of more than each number of successes: the upper tails.
+export function tails(probabilities) {
+  let sum = 0;
+  const above = probabilities.toReversed().map((each) => (sum += each) - each);
+  return above.toReversed();
+}
+
+// The probability that more than b n of n appear by chance.
+export function falseStart(n, p, b) {
+  return tails(binomial(n, p))[Math.floor(b * n)];
+}

@@ -1,0 +1,128 @@
+// own.chance, live: how many samples appear by chance, and how long none starts.
+
+import { binomial, falseStart, tails } from "./binomial.js";
+import { load } from "./host.js";
+import { axes, Canvas, Controls, el, takeOver } from "./page.js";
+
+const DECADES = 6; // of probability that are drawn
+const ROOM = [46, 22, 54, 62]; // [px] left of and above the axes, and around them
+const GREY = "rgb(125 125 125)"; // of other shares, by day and by night
+const DASHES = { b: [6, 4], zone: [2, 3] };
+
+const percent = (share) => `${(100 * share).toFixed(1)} %`;
+const few = (value) => Number(value.toPrecision(2)).toString();
+
+class Chance {
+  constructor(panel, name, { fields, wait, highest, margin, compared, colors }) {
+    const range = [-margin, highest + margin];
+    Object.assign(this, { wait, highest, range, compared, colors });
+    const free = { ...fields, b: { ...fields.b, step: 0.01 } };
+    this.controls = new Controls(name, free, () => this.follow());
+    this.counts = new Canvas("", 0.75, (...pen) => this.drawCounts(...pen), 260);
+    this.waits = new Canvas("", 0.75, (...pen) => this.drawWaits(...pen), 260);
+    this.said = el("p", { class: "mkt-note", role: "status" });
+    const hint = el("p", { class: "mkt-note" }, "Drag the dashed line, which is b, or move it with the arrow keys. The dotted one is what one zone of three can hold; thin lines are for the named shares of the background."); // prettier-ignore
+    const stage = el("div", { class: "mkt-stage mkt-pairs" }, this.counts.node, this.waits.node); // prettier-ignore
+    const { node, note } = this.controls;
+    takeOver(panel, node, note, stage, this.said, hint, this.controls.copies());
+    for (const canvas of [this.counts, this.waits]) this.hands(canvas);
+  }
+
+  hands(canvas) {
+    const to = ([u]) => {
+      const [left, , width] = this.box(canvas.node.clientWidth, 0);
+      const [low, high] = this.range;
+      const b = low + ((u - left) / width) * (high - low);
+      this.controls.set({ b: Math.round(100 * b) / 100 }, true);
+    };
+    canvas.dragged(to, to, () => this.controls.set({}));
+    canvas.keyed(([right, down]) => {
+      const { b } = this.controls.values;
+      this.controls.set({ b: Math.round(100 * b + right - down) / 100 });
+    });
+  }
+
+  follow() {
+    const { epsilon, particles, b } = this.controls.values;
+    const p = epsilon / 100;
+    this.probabilities = binomial(particles, p);
+    const each = falseStart(particles, p, b);
+    const none = (1 - each) ** this.wait;
+    const start = each < 1e-15 ? "never" : `one frame in ${few(1 / each)}`;
+    this.said.textContent = `Of ${particles} samples ${few(p * particles)} appear by chance in a frame, on average; more than ${few(b * particles)} start the tracking: ${start}. With ${percent(none)} there is no false start in ${this.wait} frames.`; // prettier-ignore
+    this.counts.node.setAttribute("aria-label", `How many samples appear by chance: a false start with ${few(each)} per frame`); // prettier-ignore
+    this.waits.node.setAttribute("aria-label", `No false start in ${this.wait} frames with ${percent(none)}`); // prettier-ignore
+    this.counts.redraw();
+    this.waits.redraw();
+  }
+
+  box(width, height) {
+    const [left, top, across, down] = ROOM;
+    return [left, top, width - across, height - down];
+  }
+
+  drawCounts(pen, width, height) {
+    if (!this.probabilities) return;
+    const { particles, b } = this.controls.values;
+    const box = this.box(width, height);
+    const limits = { x: this.range, y: [-DECADES, 0], xlabel: "share of the samples that appear", ylabel: "log10 of the probability" }; // prettier-ignore
+    const { across, down } = axes(pen, box, limits);
+    const thick = Math.max(0.9 * (across(1 / particles) - across(0)), 1);
+    const last = Math.round(this.highest * particles);
+    this.probabilities.slice(0, last + 1).forEach((probability, k) => {
+      const high = Math.max(Math.log10(probability), -DECADES);
+      pen.fillStyle = this.colors[k > b * particles ? 1 : 0];
+      const left = across(k / particles) - thick / 2;
+      pen.fillRect(left, down(high), thick, down(-DECADES) - down(high));
+    });
+    this.drawLimits(pen, box, across);
+  }
+
+  drawWaits(pen, width, height) {
+    if (!this.probabilities) return;
+    const { epsilon, particles } = this.controls.values;
+    const box = this.box(width, height);
+    const limits = { x: this.range, y: [0, 1], xlabel: "kick-off fraction b", ylabel: `no false start in ${this.wait} frames` }; // prettier-ignore
+    const { across, down } = axes(pen, box, limits);
+    const ink = pen.strokeStyle;
+    const line = (probabilities) => {
+      const waited = tails(probabilities).map((each) => (1 - each) ** this.wait);
+      pen.beginPath();
+      waited.forEach((none, k) => {
+        const ends = [k, k + 1].map((count) => Math.min(count / particles, this.highest));
+        for (const end of ends) pen.lineTo(across(end), down(none));
+      });
+      pen.stroke();
+      return waited.findIndex((none) => none > 0.5) / particles;
+    };
+    Object.assign(pen, { strokeStyle: GREY, fillStyle: GREY, lineWidth: 1 });
+    pen.textAlign = "right";
+    for (const share of this.compared.filter((each) => each !== epsilon)) {
+      const half = line(binomial(particles, share / 100));
+      pen.fillText(`${share} %`, across(half) - 4, down(0.6));
+    }
+    Object.assign(pen, { strokeStyle: this.colors[0], lineWidth: 2.5 });
+    line(this.probabilities);
+    pen.strokeStyle = ink;
+    this.drawLimits(pen, box, across);
+  }
+
+  drawLimits(pen, [, top, , height], across) {
+    const at = { b: this.controls.values.b, zone: 1 / 3 };
+    pen.lineWidth = 1.5;
+    for (const [name, value] of Object.entries(at)) {
+      pen.setLineDash(DASHES[name]);
+      pen.beginPath();
+      pen.moveTo(across(value), top);
+      pen.lineTo(across(value), top + height);
+      pen.stroke();
+    }
+    pen.setLineDash([]);
+  }
+}
+
+export async function chance(panel, name) {
+  const figure = new Chance(panel, name, await load(name));
+  figure.controls.show();
+  if (!figure.controls.read()) figure.follow();
+}

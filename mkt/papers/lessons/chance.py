@@ -1,0 +1,94 @@
+"""What the kick-off fraction of [N03] is set against: samples that appear by chance.
+
+Explained in notebook 11.
+"""
+
+import numpy as np
+import scipy
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mkt.figures.registry import Shown, figure, shown
+from mkt.plotting import CONTRAST, DESIRED
+from mkt.types import Array, ArrayLike
+
+WAIT = 100  # frames
+HIGHEST = 0.4  # kick-off fraction that is drawn
+LEAST = 1e-6  # probability that is drawn
+MARGIN = 0.02  # beside the bars
+COMPARED = 2.3, 5.0, 10.0  # [%] of the background; the first is beyond two spreads
+
+
+def false_start(n: int, epsilon: ArrayLike, b: ArrayLike) -> Array:
+    """The probability that more than b N of N samples appear by chance, in one frame.
+
+    Parameters
+    ----------
+    n : int
+        N, how many samples wait.
+    epsilon : array_like
+        The share of the background that appears, by which each does.
+    b : array_like
+        Kick-off fraction, of one shape with `epsilon` or to be broadcast.
+
+    Returns
+    -------
+    array
+        The upper tail of a binomial distribution.
+    """
+    return scipy.stats.binom.sf(np.floor(np.multiply(b, n)), n, epsilon)
+
+
+@figure(
+    "own.chance",
+    size=(10, 3.8),
+    live=("own.chance",),
+    epsilon=(0.5, 20, 0.5),
+    particles=(25, 400, 25),
+    b=(0.02, HIGHEST, 0.02),
+)
+def chance(
+    fig: Figure, *, epsilon: float = 5.0, particles: int = 100, b: float = 0.1
+) -> Shown:
+    """What chance does to the count: false starts on the background.
+
+    Each of the samples that wait appears by chance with the probability epsilon.  At
+    the left, how many of them do so in a frame, the part above b N (red) being a false
+    start; at the right, whether it comes to none in a hundred frames, for every
+    kick-off fraction, with thin lines for 2.3, 5 and 10 % of the background.  The
+    dashed line is b, the dotted one what one zone of three can hold.
+    """
+    share = epsilon / 100
+    counts = np.arange(round(HIGHEST * particles) + 1)
+    probability = scipy.stats.binom.pmf(counts, particles, share)
+    false = float(false_start(particles, share, b))
+    limits = counts / particles
+    each = false_start(particles, share, limits)
+
+    fig.subplots_adjust(left=0.075, right=0.985, bottom=0.15, top=0.9, wspace=0.22)
+    left, right = fig.subplots(1, 2)
+    above = counts > b * particles
+    for part, color in ((~above, CONTRAST[0]), (above, DESIRED)):
+        left.bar(limits[part], probability[part], 0.9 / particles, color=color)
+    left.set(yscale="log", ylim=(LEAST, 1), xlabel="share of the samples that appear")
+    left.set(ylabel="probability", title=f"a false start: {false:.2g} per frame")
+    for other in set(COMPARED) - {epsilon}:
+        none = (1 - false_start(particles, other / 100, limits)) ** WAIT
+        right.step(limits, none, where="post", color="0.7", lw=1)
+        half = limits[np.argmax(none > 0.5)]
+        right.text(half - 0.004, 0.6, f"{other:g} %", color="0.4", ha="right")
+    waited = (1 - each) ** WAIT
+    right.step(limits, waited, where="post", color=CONTRAST[0], lw=2.5)
+    none = (1 - false) ** WAIT
+    right.set(xlabel="kick-off fraction b", ylabel=f"none in {WAIT} frames")
+    right.set(ylim=(-0.02, 1.02), title=f"none in {WAIT} frames: {none:.1%}")
+    for ax in (left, right):
+        _draw_limits(ax, b)
+    table = {"count": counts, "probability": probability, "false start": each}
+    return shown(table, false=false, none=none)
+
+
+def _draw_limits(ax: Axes, b: float) -> None:
+    ax.axvline(b, color="black", lw=1.5, ls="--")
+    ax.axvline(1 / 3, color="black", lw=1, ls=":")
+    ax.set(xlim=(-MARGIN, HIGHEST + MARGIN))
