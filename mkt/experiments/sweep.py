@@ -37,6 +37,7 @@ from mkt.experiments.timing import Clocked, one_thread
 from mkt.files import whole
 from mkt.tracking import Source, Track, Tracker, follow, track
 
+EFFORT = "evaluations", "steps"  # NaN of a tracker that does not tell
 NUMBERS = (
     "overlap",
     "hits",
@@ -51,8 +52,7 @@ NUMBERS = (
     "silent",
     "false_alarms",
     "cpu_ms",
-    "evaluations",
-    "steps",
+    *EFFORT,
 )
 ROWS = cache.Shelf("rows", ".json", cache.as_json, json.loads)
 
@@ -119,7 +119,7 @@ def run(job: Job) -> dict[str, Any]:
         scenes.
         The numbers of `mkt.evaluation.evaluate`.
         cpu_ms : CPU time [ms a frame], on a machine that is busy with other jobs.
-        evaluations : regions looked at in a frame.
+        evaluations : regions looked at in a frame; NaN where the tracker does not tell.
         steps : of the optimiser in a frame, over those in which it ran; NaN without.
         refused : why the tracker would not start on this target, empty where it did;
         all numbers are NaN then.
@@ -142,7 +142,8 @@ def run(job: Job) -> dict[str, Any]:
 
 def _effort(result: Track) -> dict[str, float]:
     """What a track took, on any machine."""
-    looked, steps = result.info["evaluations"], result.info.get("steps", np.empty(0))
+    nothing = np.empty(0)
+    looked, steps = (result.info.get(name, nothing) for name in EFFORT)
     return {"evaluations": _mean(looked[1:]), "steps": _mean(steps[steps > 0])}
 
 

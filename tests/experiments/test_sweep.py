@@ -92,6 +92,18 @@ def test_a_tracker_that_refuses_its_target_has_a_row_of_nothing():
     assert row["refused"] == "too dark" and np.isnan(row["overlap"])
 
 
+def test_a_tracker_that_does_not_tell_its_cost_has_a_row_without_it():
+    class Silent(SSD):
+        def step(self, state, frame, rng):
+            state, info = super().step(state, frame, rng)
+            kept = {"region", "score", "lost"}
+            return state, {name: info[name] for name in kept}
+
+    row = sweeps.run(Job("silent", Silent(), Short(Drawn("base"))))
+    assert row["overlap"] > 0.7 and row["cpu_ms"] > 0
+    assert np.isnan([row["evaluations"], row["steps"]]).all()
+
+
 def test_other_parameters_are_another_job(kept, done):
     sweep(short_jobs(1), processes=1)
     sweep(short_jobs(1, SSD(iterations=3)), processes=1)
