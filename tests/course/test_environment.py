@@ -19,7 +19,7 @@ from mkt.files import ROOT
 
 SAY = "import sys; print({!r}); sys.exit({})"
 # NAME==VERSION, perhaps a condition, and at least one hash, to the end of the entry.
-PINNED = r"[\w.-]+==\S+(?: ; [^\\\n]+)?(?: \\\n    --hash=sha256:[0-9a-f]{64})+\n"
+PINNED = r"[\w.-]+(?:\[[\w-]+\])?==\S+(?: ; [^\\\n]+)?(?: \\\n    --hash=sha256:[0-9a-f]{64})+\n"
 
 
 @pytest.fixture
@@ -202,7 +202,7 @@ def test_environment_pins_every_direct_dependency_for_pip_and_names_no_host():
     direct = sum(project["optional-dependencies"].values(), project["dependencies"])
     head, *packages = re.split(r"^(?=[^#\s])", text, flags=re.M)
     assert all(re.fullmatch(PINNED, package) for package in packages)
-    pinned = {package.partition("==")[0] for package in packages}
+    pinned = {re.match(r"[\w.-]+", package)[0] for package in packages}
     named = {re.match(r"[\w-]+", name)[0].lower() for name in direct}
     assert named - {"mkt"} <= pinned  # an extra may take in another
     assert all(line.startswith("#") for line in head.splitlines())
