@@ -19,7 +19,10 @@ from mkt.files import ROOT
 
 SAY = "import sys; print({!r}); sys.exit({})"
 # NAME==VERSION, perhaps a condition, and at least one hash, to the end of the entry.
-PINNED = r"[\w.-]+(?:\[[\w-]+\])?==\S+(?: ; [^\\\n]+)?(?: \\\n    --hash=sha256:[0-9a-f]{64})+\n"
+PINNED = (
+    r"[\w.-]+(?:\[[\w-]+\])?==\S+(?: ; [^\\\n]+)?"
+    r"(?: \\\n    --hash=sha256:[0-9a-f]{64})+\n"
+)
 
 
 @pytest.fixture
