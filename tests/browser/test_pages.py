@@ -129,6 +129,17 @@ def test_letters_of_a_drawing_are_no_smaller_on_a_telephone(chapter):
     assert drawing.bounding_box()["width"] >= LETTERS * 720
 
 
+SHOWN = """() => [...document.querySelectorAll(".mkt-shown img")].map(
+  (image) => [image.clientWidth, Number(image.getAttribute("width"))]
+)"""
+
+
+def test_letters_of_a_figure_are_no_smaller_on_a_telephone(chapter):
+    chapter.page.set_viewport_size(NARROW)
+    assert all(width == drawn for width, drawn in chapter.page.evaluate(SHOWN))
+    assert not chapter.too_wide()
+
+
 def test_a_button_copies_the_code_of_a_cell(chapter):
     chapter.page.set_viewport_size(WIDE)
     chapter.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
