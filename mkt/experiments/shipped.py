@@ -1,12 +1,12 @@
 """What was measured once for a release, as tidy tables in ``data/``.
 
 ``claims.csv`` has a row for each line of a claim and each seed, ``tracking.csv`` and
-``bobot.csv`` a row for each run of a tracker (`mkt.experiments.sweep.run`), and so has
-``wishes.csv``, with fewer columns.  Beside
-each lies a JSON file: the command that makes the table again, the day, the seeds, the
-versions of all packages that numbers depend on, and a hash of the code.  Book and
-figures read these tables, so that no build of the book runs trackers for hours; where
-the code has changed since, `changed` says so, and tests run a sample of the rows again.
+``bobot.csv`` a row for each run of a tracker (`mkt.experiments.sweep.run`), and so have
+``ablation.csv`` and ``wishes.csv``, with fewer columns.  Beside each lies a JSON file:
+the command that makes the table again, the day, the seeds, the versions of all packages
+that numbers depend on, and a hash of the code.  Book and figures read these tables, so
+that no build of the book runs trackers for hours; where the code has changed since,
+`changed` says so, and tests run a sample of the rows again.
 """
 
 import datetime
@@ -27,8 +27,9 @@ from mkt.experiments.statistics import STATISTICS
 from mkt.experiments.sweep import NUMBERS
 from mkt.files import DATA, PACKAGE, DataError, whole
 
-CLAIMED, TRACKED, BOBOT, WISHED = (
-    DATA / name for name in ("claims.csv", "tracking.csv", "bobot.csv", "wishes.csv")
+CLAIMED, TRACKED, BOBOT, ABLATED, WISHED = (
+    DATA / f"{name}.csv"
+    for name in ("claims", "tracking", "bobot", "ablation", "wishes")
 )
 PAPERS, FIGURES = PACKAGE / "papers", PACKAGE / "figures"
 # Where the code begins that the numbers depend on.
@@ -37,6 +38,7 @@ COMMANDS = {
     CLAIMED: "python3 -m mkt claims --release",
     TRACKED: "python3 -m mkt bench tracking --release",
     BOBOT: "python3 -m mkt bench tracking --release",
+    ABLATED: ".venv/bin/python -m mkt.papers.cordoba2014.ablation",
     WISHED: ".venv/bin/python -m mkt.papers.lessons.wishes",
 }
 DIGITS = "%.7g"

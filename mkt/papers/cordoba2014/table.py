@@ -1,7 +1,6 @@
-"""Table 1 of [C14] beside ours, and which part of PFHR its true positives come from."""
+"""Table 1 of [C14] beside ours."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,22 +21,11 @@ from mkt.papers.cordoba2014.printed import (
     source,
 )
 from mkt.papers.cordoba2014.tracking import repeated
-from mkt.papers.runs import clip, run
-from mkt.trackers.by_name import TRACKERS
+from mkt.papers.runs import clip
 from mkt.tracking import Source, Tracker
 from mkt.types import Array
 
 CENTRED: dict[str, Any] = {"ha": "center", "va": "center"}
-VARIANTS: dict[str, dict[str, Any]] = {
-    "PFHR": {},
-    "no occlusion mode": {"occlusion": "never"},
-    "occlusion by N_eff, as printed": {"occlusion": "n_eff"},
-    "no inertia": {"inertial": 0.0},
-    "acceptance as printed": {"accept": "paper"},
-    "acceptance: fresh": {"accept": "fresh"},
-    "acceptance: Metropolis": {"accept": "metropolis"},
-    "no model update": {"eta": 0.0, "gamma": 0.0},
-}
 
 
 @figure("cordoba2014.table1", size=(10, 4.8), t_lim=(0.0, 0.8, 0.2))
@@ -186,64 +174,3 @@ def _draw_line(
     for x, text, bold in zip(columns.ours.values(), ours, best, strict=True):
         weight = "bold" if bold else "normal"
         ax.text(x, y, text, fontweight=weight, fontsize=9, **CENTRED)
-
-
-@figure(
-    "cordoba2014.ablation", size=(10, 5.0), kind=["pillars", "passers", "trajectory"]
-)
-def ablation(fig: Figure, *, kind: str = "pillars", runs: int = 8) -> Shown:
-    """Where PFHR's gain comes from: its parts left out one at a time.
-
-    Dots are runs, each on another synthetic twin of that kind: other path, object and
-    ground; or, where MKT_DATA has it, on the BoBoT sequence with other random numbers.
-    The bar is their mean: true positives at 20 % out of all frames.  Dashed: the share
-    of frames in which the target is seen, more than which nobody can reach.  The paper
-    leaves no part out; its sentences credit the whole.  PFHR accepts every proposal;
-    the three other readings of the acceptance test are below.  SIR is the paper's other
-    filter; "SIR, our look" is the same with PFHR's bins and kernel.
-    """
-    origins = [source(kind, seed) for seed in range(runs)]
-    # Source by source: the frames of one are rendered once for all trackers.
-    values = np.transpose([_shares(one, k) for k, one in enumerate(origins)])
-    shares = dict(zip(variants(), values, strict=True))
-    visible = [scored_frames(clip(one))[1:].mean() for one in origins]
-    seen = 100 * float(np.mean(visible))
-    ax = fig.add_axes((0.24, 0.1, 0.72, 0.8))
-    _draw_bars(ax, shares)
-    ax.axvline(seen, color="0.4", ls="--", lw=1)
-    ax.set_title(f"{said(origins[0])}, {runs} runs")
-    table = grid_columns(
-        {"variant": list(shares)},
-        {"run": range(runs)},
-        **{"true positives [%]": values},
-    )
-    return shown(table, shares=values, names=list(shares), seen=seen)
-
-
-def variants() -> dict[str, Tracker]:
-    """PFHR, PFHR with one part of it left out or read in another way, and SIR."""
-    pfhr, sir = TRACKERS["pfhr"], TRACKERS["sir"]
-    trackers = {name: replace(pfhr, **change) for name, change in VARIANTS.items()}
-    return trackers | {"SIR": sir, "SIR, our look": OURS["sir ours"]}
-
-
-def _shares(origin: Source, seed: int) -> list[float]:
-    """True positives [%] of each of the variants in a source."""
-    found = [run(one, origin, seed).regions for one in variants().values()]
-    return [
-        100 * float(true_positives(overlaps(regions, clip(origin)), hidden=True))
-        for regions in found
-    ]
-
-
-def _draw_bars(ax: Axes, shares: dict[str, Array]) -> None:
-    """A bar for the mean of each variant, and its runs as dots."""
-    for y, (name, share) in enumerate(shares.items()):
-        color = COLORS["sir" if name.startswith("SIR") else "pfhr"]
-        ax.barh(y, share.mean(), color=color, alpha=0.3 if y else 0.6)
-        ax.plot(share, np.full(len(share), y), "o", color=color, ms=4, alpha=0.7)
-        ax.text(101, y, f"{share.mean():.0f}", va="center")
-    ax.axvline(shares["PFHR"].mean(), color=COLORS["pfhr"], lw=1)
-    ax.set_yticks(range(len(shares)), list(shares))
-    ax.set(xlim=(0, 100), xlabel="true positives [%]")
-    ax.invert_yaxis()
