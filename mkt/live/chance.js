@@ -6,7 +6,7 @@ import { axes, Canvas, Controls, el, takeOver } from "./page.js";
 
 const DECADES = 6; // of probability that are drawn
 const ROOM = [46, 22, 54, 62]; // [px] left of and above the axes, and around them
-const GREY = "rgb(125 125 125)"; // of other shares, by day and by night
+const GREY = "rgb(125 125 125)"; // seen by day and by night
 const DASHES = { b: [6, 4], zone: [2, 3] };
 
 const percent = (share) => `${(100 * share).toFixed(1)} %`;
@@ -95,7 +95,7 @@ class Chance {
       pen.stroke();
       return waited.findIndex((none) => none > 0.5) / particles;
     };
-    Object.assign(pen, { strokeStyle: GREY, fillStyle: GREY, lineWidth: 1 });
+    Object.assign(pen, { strokeStyle: GREY, lineWidth: 1 });
     pen.textAlign = "right";
     for (const share of this.compared.filter((each) => each !== epsilon)) {
       const half = line(binomial(particles, share / 100));

@@ -3,6 +3,8 @@
 Its pages load, fit, move, play, and can be read by everybody.
 """
 
+import datetime
+import random
 from functools import partial
 
 import pytest
@@ -219,8 +221,13 @@ def test_every_film_plays(site, browser):
 
 
 def test_no_page_of_the_library_fails_or_is_too_wide(site, browser):
-    """One page goes to all of them: a new one for each takes four times as long."""
-    paths = {*site.glob("api/*.html"), *site.glob("_modules/**/*.html")}
+    """One page goes to all of them: a new one for each takes four times as long.
+
+    Of the sources, which are all of one kind, a third drawn by lot, others each day.
+    """
+    api, sources = site.glob("api/*.html"), sorted(site.glob("_modules/**/*.html"))
+    lot = random.Random(datetime.date.today().toordinal())
+    paths = {*api, *lot.sample(sources, len(sources) // 3)}
     opened = Opened(browser, NARROW)
     troubles = {}
     for path in paths - {site / old for old in pages.moved()}:
@@ -229,7 +236,7 @@ def test_no_page_of_the_library_fails_or_is_too_wide(site, browser):
         if opened.too_wide() or opened.troubles:
             troubles[path.name] = list(opened.troubles) or "too wide"
     opened.page.close()
-    assert len(paths) > 2 * len(pages.moved()) and troubles == {}
+    assert len(paths) > len(pages.moved()) and troubles == {}
 
 
 def test_an_old_address_of_a_module_leads_to_the_new_one(site, browser):
