@@ -50,9 +50,10 @@ def ablation(fig: Figure, *, kind: str = "pillars") -> Shown:
     The second one is what is lost against the whole PFHR, with the 95 % interval of
     this mean of sixteen differences; bold where the interval does not hold zero.
     Dashed: the share of frames in which the target is seen, in the mean of the scenes;
-    no mean can be beyond it.  The paper leaves no part out; its sentences credit the whole.  PFHR accepts
-    every proposal; the three other readings of the acceptance test are below.  SIR is
-    the paper's other filter; "SIR, our look" is the same with PFHR's bins and kernel.
+    no mean can be beyond it.  The paper leaves no part out; its sentences credit the
+    whole.  PFHR accepts every proposal; the three other readings of the acceptance test
+    are below.  SIR is the paper's other filter; "SIR, our look" is the same with PFHR's
+    bins and kernel.
     """
     rows, _ = read_table(ABLATED, *COLUMNS)
     rows = rows[rows["source"] == kind]
