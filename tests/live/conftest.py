@@ -114,3 +114,23 @@ class Recorded:
         numbers = self._rng.random(n)
         self.drawn["uniforms"] += np.ravel(numbers).tolist()
         return numbers
+
+
+def fixture_of(text):
+    """A fixture: what a module exports as ``live``, and afterwards the engine's."""
+
+    @pytest.fixture
+    def loaded(engine):
+        engine.load(text)
+        yield engine
+        engine.load(ENGINE.read_text("utf-8"))
+
+    return loaded
+
+
+def assert_found(engine, text, right, wrong, check):
+    """A fault that is planted in a module's text fails a check."""
+    assert right in text
+    engine.load(text.replace(right, wrong))
+    with pytest.raises(AssertionError):
+        check(engine)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from mkt.figures.live import joined
 from mkt.trackers.adaptive import Adaptive
 from mkt.trackers.appearance import background, threshold
-from tests.live.conftest import ENGINE, Recorded, picture
+from tests.live.conftest import Recorded, assert_found, fixture_of, picture
 from tests.strategies import frames
 
 MODULE = joined("appearance")
@@ -42,12 +42,7 @@ class Drawn(Recorded):
         return np.asarray(mean) + np.asarray(spread) * self.standard_normal(shape)
 
 
-@pytest.fixture
-def appearance(engine):
-    """What both modules export as ``live.all``, and then the engine again."""
-    engine.load(MODULE + ALL)
-    yield engine
-    engine.load(ENGINE.read_text("utf-8"))
+appearance = fixture_of(MODULE + ALL)
 
 
 def agrees(engine, frame, zones, axes, n):
@@ -117,8 +112,4 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_is_found(appearance, fault):
-    right, wrong = FAULTS[fault]
-    assert right in MODULE
-    appearance.load(MODULE.replace(right, wrong) + ALL)
-    with pytest.raises(AssertionError):
-        everywhere(appearance)
+    assert_found(appearance, MODULE + ALL, *FAULTS[fault], everywhere)

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from mkt.figures.live import MODULES
 from mkt.papers.lessons.chance import false_start
-from tests.live.conftest import ENGINE
+from tests.live.conftest import assert_found, fixture_of
 
-MODULE = MODULES / "binomial.js"
+MODULE = (MODULES / "binomial.js").read_text("utf-8")
 RUN = """
 const { n, p, b } = data;
 return { each: live.binomial(n, p), false: live.falseStart(n, p, b) };
@@ -20,12 +20,7 @@ few = settings(
 )
 
 
-@pytest.fixture
-def binomial(engine):
-    """The module's functions as ``live``, and then the engine's again."""
-    engine.load(MODULE.read_text("utf-8"))
-    yield engine
-    engine.load(ENGINE.read_text("utf-8"))
+binomial = fixture_of(MODULE)
 
 
 def agrees(engine, n, percent, b):
@@ -57,9 +52,4 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_is_found(binomial, fault):
-    right, wrong = FAULTS[fault]
-    text = MODULE.read_text("utf-8")
-    assert right in text
-    binomial.load(text.replace(right, wrong))
-    with pytest.raises(AssertionError):
-        everywhere(binomial)
+    assert_found(binomial, MODULE, *FAULTS[fault], everywhere)

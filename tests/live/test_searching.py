@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from mkt.figures.live import MODULES
 from mkt.papers.cordoba2014.resampling import ancestors, exponent, spans
-from tests.live.conftest import ENGINE
+from tests.live.conftest import assert_found, fixture_of
 
-MODULE = MODULES / "searching.js"
+MODULE = (MODULES / "searching.js").read_text("utf-8")
 RUN = """
 const { cumulative, u, numbers } = data;
 const found = [true, false].map((anew) => live.ancestors(cumulative, u, anew));
@@ -29,12 +29,7 @@ costs = st.lists(
 )
 
 
-@pytest.fixture
-def searching(engine):
-    """The module's functions as ``live``, and then the engine's again."""
-    engine.load(MODULE.read_text("utf-8"))
-    yield engine
-    engine.load(ENGINE.read_text("utf-8"))
+searching = fixture_of(MODULE)
 
 
 def agrees(engine, w, offset, numbers):
@@ -70,9 +65,4 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_is_found(searching, fault):
-    right, wrong = FAULTS[fault]
-    text = MODULE.read_text("utf-8")
-    assert right in text
-    searching.load(text.replace(right, wrong))
-    with pytest.raises(AssertionError):
-        everywhere(searching)
+    assert_found(searching, MODULE, *FAULTS[fault], everywhere)

@@ -10,9 +10,9 @@ from mkt.papers.lessons import servoing
 from mkt.servoing.loop import Experiment, Servo, close_loop
 from mkt.servoing.robot import Workspace
 from mkt.servoing.self_motion import OFF
-from tests.live.conftest import ENGINE
+from tests.live.conftest import assert_found, fixture_of
 
-MODULE = MODULES / "servoing.js"
+MODULE = (MODULES / "servoing.js").read_text("utf-8")
 FRAMES = 31
 RUN = """
 const { scene, law, start, frames } = data;
@@ -32,12 +32,7 @@ laws = st.fixed_dictionaries(
 turns = st.integers(-90, 90)
 
 
-@pytest.fixture
-def loop(engine):
-    """The loop's functions as ``live``, and then the engine's again."""
-    engine.load(MODULE.read_text("utf-8"))
-    yield engine
-    engine.load(ENGINE.read_text("utf-8"))
+loop = fixture_of(MODULE)
 
 
 def agrees(engine, law, turn):
@@ -72,8 +67,12 @@ def agrees(engine, law, turn):
         np.testing.assert_allclose(found[k]["outline"], outline, atol=1e-3, rtol=1e-6)
 
 
+def everywhere(engine):
+    few(given(laws, turns)(lambda law, turn: agrees(engine, law, turn)))()
+
+
 def test_the_approach_frame_by_frame(loop):
-    few(given(laws, turns)(lambda law, turn: agrees(loop, law, turn)))()
+    everywhere(loop)
 
 
 FAULTS = {
@@ -92,8 +91,4 @@ INSTEAD = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_is_found(loop, fault):
-    text = MODULE.read_text("utf-8")
-    assert FAULTS[fault] in text
-    loop.load(text.replace(FAULTS[fault], INSTEAD[fault]))
-    with pytest.raises(AssertionError):
-        few(given(laws, turns)(lambda law, turn: agrees(loop, law, turn)))()
+    assert_found(loop, MODULE, FAULTS[fault], INSTEAD[fault], everywhere)
