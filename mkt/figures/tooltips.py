@@ -21,8 +21,8 @@ WORDS = {
     "epsilon": "the share of the background that looks like the target [%]",
     "exposure": "how long the shutter is open, as a share of a frame",
     "extent": "how far the surface reaches to each side [px]",
-    "features": "what the robot gets: a tracker's region, or the tr"
-    "ue one, or one that is off by so many pixels",
+    "features": "what the robot gets: a tracker's region, or the true one, "
+    "or one that is off by so many pixels",
     "fps": "frames a second",
     "frame": "the number of the frame",
     "gain": "how hard the camera is pulled to its place [1/s]",

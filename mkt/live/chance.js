@@ -2,7 +2,7 @@
 
 import { binomial, falseStart, tails } from "./binomial.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, el, takeOver } from "./page.js";
+import { axes, Canvas, Controls, el, number, takeOver } from "./page.js";
 
 const DECADES = 6; // of probability that are drawn
 const ROOM = [46, 22, 54, 62]; // [px] left of and above the axes, and around them
@@ -48,8 +48,8 @@ class Chance {
     this.probabilities = binomial(particles, p);
     const each = falseStart(particles, p, b);
     const none = (1 - each) ** this.wait;
-    const start = each < 1e-15 ? "never" : `one frame in ${few(1 / each)}`;
-    this.said.textContent = `Of ${particles} samples ${few(p * particles)} appear by chance in a frame, on average; more than ${few(b * particles)} start the tracking: ${start}. With ${percent(none)} there is no false start in ${this.wait} frames.`; // prettier-ignore
+    const start = each < 1e-15 ? "practically never" : `one frame in ${few(1 / each)}`;
+    this.said.textContent = `Of ${particles} samples ${number(p * particles)} appear by chance in a frame, on average; more than ${Math.floor(b * particles)} start the tracking: ${start}. With ${percent(none)} there is no false start in ${this.wait} frames.`; // prettier-ignore
     this.counts.node.setAttribute("aria-label", `How many samples appear by chance: a false start with ${few(each)} per frame`); // prettier-ignore
     this.waits.node.setAttribute("aria-label", `No false start in ${this.wait} frames with ${percent(none)}`); // prettier-ignore
     this.counts.redraw();

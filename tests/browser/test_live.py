@@ -485,10 +485,11 @@ def test_a_search_is_counted_draw_by_draw(opened):
 
 
 def test_the_line_of_chance_is_dragged_to_where_no_start_is_false(opened):
-    page = opened(FINDING, "#chance?particles=400&epsilon=2.5")
+    page = opened(FINDING, "#chance?particles=400&epsilon=2.5&b=0.26")
     panel = ready(page, "no false start in 100 frames")
+    assert number(panel, "more than") == 104  # of 400, not rounded to 100
     chance = FIGURES["own.chance"]
-    none = chance.draw(particles=400, epsilon=2.5)[1]["none"]
+    none = chance.draw(particles=400, epsilon=2.5, b=0.26)[1]["none"]
     assert number(panel, "With") == pytest.approx(100 * none, abs=0.05)
     waits = panel.locator("canvas").nth(1)
     drag(page, waits, (0.5, 0.5), (0.265, 0.5))
