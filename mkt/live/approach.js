@@ -3,7 +3,8 @@
 
 import { load } from "./host.js";
 import { axes, Canvas, Controls, el, number, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
-import { approached, homography, through } from "./servoing.js";
+import { approached } from "./servoing.js";
+import { drawTable } from "./table.js";
 
 const SECONDS = 6;
 const [NEAR, DEEP] = [0.3, -0.12]; // [m] of the start, beside and behind the goal
@@ -88,7 +89,7 @@ class Approach {
     if (!this.rows?.length) return;
     const scale = width / this.size[0];
     const onto = ([x, y]) => [(x + 0.5) * scale, (y + 0.5) * scale];
-    this.drawTable(pen, onto);
+    drawTable(pen, this, this.table, this.rows[0].pose, onto);
     outline(pen, this.wanted.map(onto), RED, 2.5);
     outline(pen, this.rows[0].outline.map(onto), GREEN, 2.5);
     for (const corner of [0, 1, 2, 3]) {
@@ -103,17 +104,6 @@ class Approach {
         pen.fill();
       }
     }
-  }
-
-  // At the start nothing is tilted, so that the table's picture is only moved and turned.
-  drawTable(pen, onto) {
-    const map = homography(this, this.rows[0].pose);
-    const [o, u, , v] = through(map, this.corners).map(onto);
-    const { width, height } = this.table;
-    pen.save();
-    pen.transform((u[0] - o[0]) / width, (u[1] - o[1]) / width, (v[0] - o[0]) / height, (v[1] - o[1]) / height, o[0], o[1]); // prettier-ignore
-    pen.drawImage(this.table, 0, 0);
-    pen.restore();
   }
 
   drawPlots(pen, width) {

@@ -5,6 +5,7 @@ import { coefficients, colorBins, corners, displaced, FILTER, filterInit, filter
 import { grained } from "./grain.js";
 import { load } from "./host.js";
 import { axes, Canvas, Controls, dot, el, outline, pixels, takeOver } from "./page.js";
+import { Player } from "./player.js";
 
 const BEATS = ["1 predict", "2 weigh", "3 estimate", "4 draw"];
 const WORDS = [
@@ -52,11 +53,11 @@ class Beats {
 
   show(panel) {
     const button = (title, onclick) => el("button", { type: "button", onclick }, title);
-    this.player = button("play", () => this.play());
     const back = button("one beat back", () => this.turn(-1));
     const on = button("next beat", () => this.turn(1));
-    const acts = el("div", { class: "mkt-controls" }, this.player, back, on);
     this.said = el("p", { class: "mkt-note", role: "status" });
+    this.player = new Player(this.said, () => this.turn(1, true), () => this.controls.set({})); // prettier-ignore
+    const acts = el("div", { class: "mkt-controls" }, this.player.node, back, on);
     const hint = el("p", { class: "mkt-note" }, "Drag the wall into the picture, or push it with the arrow keys. What you change holds from this frame on: the chance of each frame stays the same."); // prettier-ignore
     const left = el("div", {}, this.frame.node, this.line.node);
     const right = el("div", {}, this.said, this.course.node);
@@ -74,7 +75,7 @@ class Beats {
     if (asked || this.known !== known)
       this.rounds.length = asked || !this.shown ? 0 : Math.min(this.shown, frame);
     this.known = known;
-    if (this.playing && this.pace !== pace) this.restart(pace);
+    this.player.at(pace);
     this.reach(frame);
   }
 
@@ -129,32 +130,13 @@ class Beats {
 
   // The film
 
-  play() {
-    if (this.playing) return this.pause();
-    this.player.textContent = "pause";
-    this.said.setAttribute("aria-live", "off"); // nobody listens that fast
-    this.restart(this.controls.values.pace);
-  }
-
-  restart(pace) {
-    clearInterval(this.playing);
-    this.pace = pace;
-    this.playing = setInterval(() => this.turn(1, true), 1000 / pace);
-  }
-
-  pause() {
-    clearInterval(this.playing);
-    this.playing = null;
-    this.player.textContent = "play";
-    this.said.removeAttribute("aria-live");
-    this.controls.set({});
-  }
-
+  // So many beats on, where the film has them; whether it has.
   turn(step, quick = false) {
     const { frame, beat } = this.controls.values;
     const at = 4 * (frame - 1) + BEATS.indexOf(beat) + step;
-    if (at < 0 || at >= 4 * this.fields.frame.high) return quick && this.pause();
+    if (at < 0 || at >= 4 * this.fields.frame.high) return false;
     this.controls.set({ frame: 1 + Math.floor(at / 4), beat: BEATS[at % 4] }, quick);
+    return true;
   }
 
   // The pictures

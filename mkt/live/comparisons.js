@@ -4,12 +4,13 @@
 import { random } from "./engine.js";
 import { load } from "./host.js";
 import { axes, Canvas, Controls, dot, el, takeOver } from "./page.js";
+import { Player } from "./player.js";
 import { ancestors, drawn, geometric, slope, spans } from "./searching.js";
 
 const READINGS = [true, false]; // whether the search begins anew
 const [FEWEST, SIZES] = [25, 7]; // numbers of particles on each line, and the least
 const PATIENCE = 4; // [ms] for which a search is timed
-const PACE = 350; // [ms] of a draw
+const PACE = 3; // draws a second
 const PALE = 0.4;
 
 // [ms] of a search, repeated until the browser's clock can tell.
@@ -31,8 +32,9 @@ class Comparisons {
     this.rows = new Canvas("", 0.85, (...pen) => this.drawRows(...pen), 260);
     this.lines = new Canvas("", 0.85, (...pen) => this.drawLines(...pen), 260);
     this.said = el("p", { class: "mkt-note", role: "status" });
-    this.player = el("button", { type: "button", onclick: () => this.play() }, "play");
-    const acts = el("div", { class: "mkt-controls" }, this.player);
+    this.player = new Player(this.said, () => this.on(), () => this.controls.set({}));
+    this.player.at(PACE);
+    const acts = el("div", { class: "mkt-controls" }, this.player.node);
     const names = labels.map((label, k) => {
       const sign = el("span", {}, "\u25a0 ");
       sign.style.color = colors[k];
@@ -58,21 +60,10 @@ class Comparisons {
     this.controls.set({ left: particles - this.done() - more }, quick);
   }
 
-  play() {
-    if (this.playing) return this.pause();
-    if (!this.controls.values.left) this.take(-this.done(), true);
-    this.player.textContent = "pause";
-    this.playing = setInterval(() => {
-      this.take(1, true);
-      if (!this.controls.values.left) this.pause();
-    }, PACE);
-  }
-
-  pause() {
-    clearInterval(this.playing);
-    this.playing = null;
-    this.player.textContent = "play";
-    this.controls.set({});
+  // A draw more, or from the end the first one; whether there are more.
+  on() {
+    this.take(this.controls.values.left ? 1 : -this.done(), true);
+    return this.controls.values.left > 0;
   }
 
   follow() {

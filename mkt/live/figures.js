@@ -6,6 +6,7 @@ import { chance } from "./chance.js";
 import { comparisons } from "./comparisons.js";
 import { doors } from "./doors.js";
 import { histogramsOf } from "./histograms.js";
+import { interaction } from "./interaction.js";
 import { kernels } from "./kernels.js";
 import { rootLocus } from "./loop.js";
 import { newton } from "./newton.js";
@@ -20,6 +21,7 @@ export const LIVE = {
   "own.approach": approach,
   "own.beats": beats,
   "own.chance": chance,
+  "own.interaction": interaction,
   "own.newton": newton,
   "own.resampling": resampling,
   "own.root_locus": rootLocus,

@@ -2,6 +2,7 @@
 // 4 x 4, twists (vx, vy, vz, wx, wy, wz) in the camera's frame, as in mkt.servoing.
 
 const BEHIND = 1e-9; // a depth that is none
+const STEPS = 8; // on the way of a corner
 const AXES = { 6: [0, 1, 2, 3, 4, 5], 4: [0, 1, 2, 5] };
 // Gauss's three places along a side, and their weights.
 const GAUSS = [[-Math.sqrt(0.6), 5 / 9], [0, 8 / 9], [Math.sqrt(0.6), 5 / 9]]; // prettier-ignore
@@ -112,7 +113,7 @@ export function features(scene, region) {
 }
 
 // L (4, 6).
-export function interactionMatrix(scene, region) {
+function interactionMatrix(scene, region) {
   const [x, y, theta, hx, hy] = normalised(scene, region);
   const [w, h] = [2 * hx, 2 * hy];
   const [c2, s2] = [Math.cos(2 * theta), Math.sin(2 * theta)];
@@ -132,6 +133,18 @@ export function interactionMatrix(scene, region) {
     [0, 0, t, -1.5 * a * y, 1.5 * a * x, 0],
     [0, 0, 0, turnX, turnY, -1],
   ];
+}
+
+// Where the camera is from which the car appears as a region, L there, and for each axis
+// the car's outlines while the camera moves by `push` along or about that axis alone.
+export function motions(scene, region, push) {
+  const pose = facing(scene, region);
+  const parts = Array.from({ length: STEPS + 1 }, (_, step) => step / STEPS);
+  const ways = push.map((far, k) => {
+    const twist = push.map((_, axis) => (axis === k ? far : 0));
+    return parts.map((part) => outlineOf(scene, move(pose, twist, part)));
+  });
+  return { pose, L: interactionMatrix(scene, region), ways };
 }
 
 // x of a x = b, by elimination with pivots.

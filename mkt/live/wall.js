@@ -5,8 +5,10 @@ import { beside, corners, errors, overlap } from "./engine.js";
 import { Exposure } from "./exposure.js";
 import { load, worker } from "./host.js";
 import { axes, Canvas, Controls, el, outline, pixels, takeOver } from "./page.js";
+import { Player } from "./player.js";
 
 const SLICE = 12; // [ms] of painting before the page may breathe
+const PACE = 10; // frames a second
 const PATIENCE = 150; // [ms] of rest before a wall is built anew
 const QUANTITIES = ["x [px]", "y [px]", "orientation [deg]"];
 const [TALL, HEAD] = [78, 26]; // [px] of a tracker's row
@@ -49,11 +51,21 @@ class Wall {
     const table = el("table", {}, el("thead", {}, el("tr", {}, ...head)), body);
     this.labels = [...body.rows].map((row) => row.firstChild);
     const scroll = el("div", { class: "mkt-wide mkt-table", tabindex: 0, role: "region", "aria-label": "The errors of all trackers" }, table); // prettier-ignore
-    const left = el("div", {}, this.frame.node, this.said);
+    const player = new Player(this.said, () => this.on(), () => this.controls.set({}));
+    player.at(PACE);
+    const acts = el("div", { class: "mkt-controls" }, player.node);
+    const left = el("div", {}, this.frame.node, acts, this.said);
     this.stage = el("div", { class: "mkt-stage mkt-film" }, left, this.rows.node, scroll); // prettier-ignore
-    const hint = el("p", { class: "mkt-note" }, "Draw along the curves, or take the arrow keys, to see another frame: thick is run 0, whose boxes the frame shows; black and white is the truth. In the table, medians over five runs of a run's median error before the wall and after it."); // prettier-ignore
+    const hint = el("p", { class: "mkt-note" }, "Play the run, draw along the curves or take the arrow keys to see another frame: thick is run 0, whose boxes the frame shows; black and white is the truth. In the table, medians over five runs of a run's median error before the wall and after it."); // prettier-ignore
     const { node, note } = this.controls;
     takeOver(panel, node, note, this.stage, hint, this.controls.copies());
+  }
+
+  // A frame on, after the last one the first; whether there are more.
+  on() {
+    const frame = (this.controls.values.frame + 1) % this.length;
+    this.controls.set({ frame }, true);
+    return frame < this.length - 1;
   }
 
   // The frames

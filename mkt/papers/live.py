@@ -43,7 +43,9 @@ from mkt.types import Frame, NDArray
 
 QUALITY = 50  # of frames that are only looked at
 STEP = 0.25  # frames between the places of a path: its shutter opens and shuts at them
-TABLE, HALF = 640, 36  # [px] across the table's picture, and of half the car in it
+# [px] across the table's picture, enough for where each camera goes, and of half the
+# car in it.
+TABLE, WIDE_TABLE, HALF = 640, 860, 36
 BRICKS = 200  # [px] across, of the picture of a screen
 LOSSLESS = (cv2.IMWRITE_WEBP_QUALITY, 101)
 LOSSY = (cv2.IMWRITE_WEBP_QUALITY, QUALITY)
@@ -140,28 +142,45 @@ def _wall() -> dict[str, Any]:
     }
 
 
+@DATA.register("own.interaction")
+def _interaction() -> dict[str, Any]:
+    """The table, and the six motions of the camera."""
+    return _table(WIDE_TABLE) | {
+        "halves": servoing.HALVES,
+        "push": servoing.PUSH.tolist(),
+        "motions": servoing.MOTIONS,
+        "moved": servoing.MOVED,
+    }
+
+
 @DATA.register("own.approach")
 def _approach() -> dict[str, Any]:
-    """The table from above with the car on it, and what the loop needs to know."""
-    work, servo = Workspace(), Servo()
-    theta = servo.desired[2]
-    camera = Camera(size=(TABLE, TABLE))
-    above = Workspace(camera, table=servoing.TABLE)
-    middle = (TABLE - 1) / 2
-    pose = above.facing((middle, middle, theta, HALF, HALF), servoing.CAR)
-    metres = -pose[2, 3] / camera.focal  # of a pixel, on the table
-    ends = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * TABLE / 2
-    return {
-        "focal": work.camera.focal,
-        "size": work.camera.size,
-        "sides": work.sides.tolist(),
-        "car": servoing.CAR,
+    """The table, and what the loop needs to know."""
+    servo = Servo()
+    return _table(TABLE) | {
         "desired": servo.desired,
         "wanted": corners(servo.desired).tolist(),
         "styles": [
             {"color": style["color"], "dashes": style["ls"]}
             for style in servoing.STYLES
         ],
+    }
+
+
+def _table(width: int) -> dict[str, Any]:
+    """The table from above with the car on it, and the camera that looks down on it."""
+    work = Workspace()
+    camera = Camera(size=(width, width))
+    above = Workspace(camera, table=servoing.TABLE)
+    middle = (width - 1) / 2
+    pose = above.facing((middle, middle, np.pi / 2, HALF, HALF), servoing.CAR)
+    metres = -pose[2, 3] / camera.focal  # of a pixel, on the table
+    ends = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * width / 2
+    return {
+        "focal": work.camera.focal,
+        "size": work.camera.size,
+        "sides": work.sides.tolist(),
+        "car": servoing.CAR,
         "picture": _picture(servoing.pale_view(above, pose)),
         "corners": (pose[:2, 3] + metres * ends @ pose[:2, :2].T).tolist(),
     }

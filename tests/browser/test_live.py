@@ -30,6 +30,7 @@ from tests.browser.test_pages import AXE, NARROW, SCHEMES, WIDE, Opened
 pytestmark = pytest.mark.slow
 
 HISTOGRAMS, SURFACES = "01_color_histograms", "02_cost_surfaces"
+MOTIONS = "07_interaction_matrix"
 NEWTON, BEATS = "04_multiple_kernel_ssd", "05_particle_filter"
 COMBINED = "06_combining_both"
 LOOP, SUCCESS, TRACK = "08_closing_the_loop", "14_fair_benchmark", "track"
@@ -243,6 +244,16 @@ def test_lambda_particles_and_scheme_are_free_while_it_runs(opened):
     assert re.search(r"N_eff [\d.]+ of 200", panel.inner_text())
 
 
+def test_a_run_behind_the_wall_is_played_to_its_end_and_anew(opened):
+    panel = ready(opened(COMBINED, "#fig6?frame=76"), "Frame 76 of 79")
+    play = panel.get_by_role("button", name="play")
+    play.click()
+    panel.get_by_text("Frame 79 of 79").wait_for()
+    play.click()
+    panel.get_by_text("Frame 2 of 79").wait_for()
+    panel.get_by_role("button", name="pause").click()
+
+
 def test_a_wall_is_moved_in_by_mouse_and_by_keys_and_the_past_stays(opened):
     page = opened(BEATS, "#beats?frame=18")
     panel = ready(page, place=1)
@@ -428,6 +439,23 @@ def test_a_pole_is_dragged_along_its_way(opened):
     gain = float(slide(panel, "gain [1/s]").input_value())
     plane.press("ArrowLeft")
     assert float(slide(panel, "gain [1/s]").input_value()) < gain
+
+
+def test_the_six_motions_say_pythons_columns_and_the_car_is_dragged(opened):
+    page = opened(MOTIONS, "#interaction?x=-30&y=20&turn=15&scale=0.75")
+    L = FIGURES["own.interaction"].draw(x=-30, y=20, turn=15, scale=0.75)[1]["L"]
+    panel = ready(page, "Drag the car in any view")
+    for title, k in ("looks up", 3), ("rolls clockwise", 5), ("moves forward", 2):
+        label = panel.locator(f"canvas[aria-label*='{title}']").get_attribute(
+            "aria-label"
+        )
+        shown = re.findall(r"(?:n|\u03b8) (\S+?)(?:,|$)", label.replace("\u2212", "-"))
+        assert [float(each) for each in shown] == pytest.approx(L[:, k], abs=0.0051)
+    first = panel.locator("canvas").first
+    drag(page, first, (0.4, 0.5), (0.6, 0.5))
+    assert -30 < float(slide(panel, "x [px]").input_value())
+    first.press("ArrowDown")
+    page.wait_for_url("**y=21*")
 
 
 def test_the_approach_ends_as_pythons_does_and_its_start_is_dragged(opened):
@@ -778,6 +806,6 @@ def test_everybody_can_use_live_figures(opened, name):
 
 def test_the_script_is_light():
     text = live.script().encode()
-    assert len(text) < 200_000 and len(gzip.compress(text)) < 55_000
+    assert len(text) < 210_000 and len(gzip.compress(text)) < 58_000
     engine = (MODULES / "engine.js").read_bytes()
     assert len(gzip.compress(engine)) < 25_000

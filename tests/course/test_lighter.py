@@ -66,3 +66,14 @@ def test_a_moving_picture_stays_one_and_becomes_smaller(tmp_path):
     assert not film.exists() and len(shown) == 3
     for there, drawn in zip(shown, pictures, strict=True):
         assert np.abs(np.subtract(there, drawn, dtype=float)).mean() < 6
+
+
+def test_what_no_reader_sees_goes_and_what_is_code_stays_as_it_is(tmp_path):
+    shown = "<pre>\n    x = 1\n\n\n    y</pre>\n<script>a\n   = `\n   `</script>"
+    icons = '<symbol id="svg-sun">\n  <path/></symbol>\n<symbol id="svg-eye"></symbol>'
+    page = tmp_path / "one.html"
+    page.write_text(f'{icons}\n   <p>a\n     b</p><use href="#svg-sun"/>\n\n{shown}\n')
+    lighten(tmp_path)
+    sun = '<symbol id="svg-sun">\n<path/></symbol>\n'
+    text = f'<p>a\nb</p><use href="#svg-sun"/>\n{shown}\n'
+    assert page.read_text() == sun + text

@@ -6,6 +6,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from mkt.figures.live import MODULES
+from mkt.figures.registry import FIGURES
 from mkt.papers.lessons import servoing
 from mkt.servoing.loop import Experiment, Servo, close_loop
 from mkt.servoing.robot import Workspace
@@ -18,6 +19,7 @@ RUN = """
 const { scene, law, start, frames } = data;
 return live.approached(scene, law, start, frames);
 """
+MOTIONS = "return live.motions(data.scene, data.region, data.push);"
 few = settings(
     max_examples=40, deadline=None, phases=[Phase.generate], derandomize=True
 )
@@ -30,9 +32,24 @@ laws = st.fixed_dictionaries(
     }
 )
 turns = st.integers(-90, 90)
+places = st.fixed_dictionaries(
+    {
+        name: st.floats(*FIGURES["own.interaction"].sliders[name][:2])
+        for name in ("x", "y", "turn", "scale")
+    }
+)
 
 
 loop = fixture_of(MODULE)
+
+
+def scene_of(work):
+    return {
+        "focal": work.camera.focal,
+        "size": work.camera.size,
+        "sides": work.sides.tolist(),
+        "car": servoing.CAR,
+    }
 
 
 def agrees(engine, law, turn):
@@ -46,13 +63,7 @@ def agrees(engine, law, turn):
         frames=FRAMES,
     )
     wanted = close_loop(tried, until_lost=True)
-    scene = {
-        "focal": work.camera.focal,
-        "size": work.camera.size,
-        "sides": work.sides.tolist(),
-        "car": servoing.CAR,
-        "desired": tried.servo.desired,
-    }
+    scene = scene_of(work) | {"desired": tried.servo.desired}
     found = engine(RUN, scene=scene, law=law, start=start, frames=FRAMES)
     # One that runs away doubles the last digit's doubt in every frame.
     calm = np.abs(wanted.errors).max(1) < 10
@@ -73,6 +84,35 @@ def everywhere(engine):
 
 def test_the_approach_frame_by_frame(loop):
     everywhere(loop)
+
+
+def moves_alike(engine, place):
+    """The six motions of a car in view, and L, are those of the figure in Python."""
+    wanted = FIGURES["own.interaction"].draw(**place)[1]
+    work, halves = Workspace(), place["scale"] * np.array(servoing.HALVES)
+    middle = 159.5 + place["x"], 119.5 + place["y"], np.deg2rad(place["turn"])
+    push, region = servoing.PUSH.tolist(), [*middle, *halves]
+    found = engine(MOTIONS, scene=scene_of(work), region=region, push=push)
+    np.testing.assert_allclose(found["L"], wanted["L"], atol=1e-9)
+    np.testing.assert_allclose(found["ways"], wanted["outlines"], atol=1e-6)
+
+
+def all_over_the_image(engine):
+    few(given(places)(lambda place: moves_alike(engine, place)))()
+
+
+def test_the_six_motions(loop):
+    all_over_the_image(loop)
+
+
+@pytest.mark.parametrize(
+    "right", ["-1.5 * a * y", "axis === k ? far : 0", "step / STEPS"]
+)
+def test_a_planted_fault_of_the_motions_is_found(loop, right):
+    wrong = {"-": "1.5 * a * y", "a": "axis === k ? -far : 0", "s": "step / 9"}[
+        right[0]
+    ]
+    assert_found(loop, MODULE, right, wrong, all_over_the_image)
 
 
 FAULTS = {

@@ -24,6 +24,10 @@ DRAWING = re.compile(rf"({DRAWINGS}/(\w+))\.png")
 FILM = re.compile(r"(_static/\w+)\.gif")
 # What the theme writes in the colour of all code needs nothing round it.
 PLAIN = re.compile(r'<span class="(?:n|p|w)">([^<]*)</span>')
+# The theme's icons are in every page, those too that it does not use.
+ICON = re.compile(r'<symbol id="(svg-[\w-]+)".*?</symbol>\s*', re.DOTALL)
+# Indentation says nothing but where it is shown as it is, and in scripts.
+BLANKS = re.compile(r"(<(pre|script|textarea)\b.*?</\2>)|\n\s+", re.DOTALL)
 # Lines and letters are smaller without loss, photographs with some.
 ENCODINGS = [
     (".webp", (cv2.IMWRITE_WEBP_QUALITY, 101)),
@@ -44,9 +48,16 @@ def lighten(folder: Path) -> None:
         lighter = INSIDE.sub(partial(_moved, folder / FOLDER, beside), text)
         lighter = DRAWING.sub(lambda found: found[1] + endings[found[2]], lighter)
         lighter = FILM.sub(r"\1.avif", lighter)
-        lighter = PLAIN.sub(r"\1", lighter)
+        lighter = _shorter(lighter)
         if lighter != text:
             page.write_text(lighter, encoding="utf-8")
+
+
+def _shorter(page: str) -> str:
+    """A page without what no reader sees."""
+    page = ICON.sub(lambda found: found[0] * (f'"#{found[1]}"' in page), page)
+    page = BLANKS.sub(lambda found: found[1] or "\n", page)
+    return PLAIN.sub(r"\1", page)
 
 
 def address(inside: str) -> str:

@@ -55,6 +55,7 @@ STYLES: list[dict[str, Any]] = [
 PUSH = np.array([0.06] * 3 + [0.1, 0.1, 0.25])  # [m] and [rad]: far enough to be seen
 FILTERS = {"off": OFF, "raw": RAW, "Kalman": Kalman()}
 CAR = (0.0, 0.0, np.pi / 2)  # a place [m, rad]
+HALVES = (50, 31.25)  # [px] of the car's image, half its sides
 TABLE = "gravel"  # what one may look down on; the features do not look at it
 STILL = ((0.0, *CAR),)
 MOST = 1e3  # [cm], larger errors are cut off: one that runs away would be infinite
@@ -74,11 +75,11 @@ def pale_view(workspace: Workspace, pose: Array) -> Frame:
 @figure(
     "own.interaction",
     size=(10, 6.1),
-    grid=("x", "y"),
-    x=(-80, 80, 20),
-    y=(-50, 50, 25),
-    turn=(0, 180, 30),
-    scale=[0.5, 0.75, 1.0, 1.25],
+    live=("own.interaction",),
+    x=(-80, 80, 1),
+    y=(-50, 50, 1),
+    turn=(0, 180, 1),
+    scale=(0.5, 1.25, 0.05),
 )
 def interaction(
     fig: Figure, *, x: int = 40, y: int = -25, turn: int = 90, scale: float = 1.0
@@ -93,7 +94,7 @@ def interaction(
     """
     workspace = Workspace(table=TABLE, exposure=0.0)
     place = 159.5 + x, 119.5 + y, np.deg2rad(turn)
-    region = np.array([*place, 50 * scale, 31.25 * scale])
+    region = np.array([*place, HALVES[0] * scale, HALVES[1] * scale])
     pose = workspace.facing(region, CAR)
     L = interaction_matrix(region, workspace.camera, workspace.surface)
     outlines = [paths_of_corners(workspace, pose, k) for k in range(6)]
