@@ -95,7 +95,7 @@ def test_every_control_of_every_figure_says_in_words_what_it_does():
         if not entry.name.startswith("toy.") and name not in WORDS
     }
     assert not unknown
-    assert explore("own.interaction")._controls["turn"].tooltip == WORDS["turn"]
+    assert explore("own.basin")._controls["turn"].tooltip == WORDS["turn"]
 
 
 def test_reset_shows_the_beginning_and_nothing_in_between(toy):
