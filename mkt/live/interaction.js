@@ -54,8 +54,9 @@ class Interaction {
     });
     const stage = el("div", { class: "mkt-stage mkt-track" }, ...this.views.map(({ node }) => node)); // prettier-ignore
     const hint = el("p", { class: "mkt-note" }, "Drag the car in any view, or move it with the arrow keys. Green is the car now, orange where it appears after the camera alone has moved; below each view is its column of L."); // prettier-ignore
+    this.said = el("p", { class: "mkt-note", role: "status" });
     const { node, note } = this.controls;
-    takeOver(panel, node, note, stage, hint, this.controls.copies());
+    takeOver(panel, node, note, stage, this.said, hint, this.controls.copies());
   }
 
   follow() {
@@ -64,6 +65,8 @@ class Interaction {
     const halves = this.halves.map((each) => each * scale);
     const region = [cx + x, cy + y, (turn * Math.PI) / 180, ...halves];
     Object.assign(this, motions(this, region, this.push));
+    const above = Math.round(-100 * this.pose[2][3]);
+    this.said.textContent = `The camera is ${above} cm above the table.`;
     PAIRS.forEach((k, place) => {
       const { node } = this.views[place];
       node.setAttribute("aria-label", `${this.title(k)}; ${this.column(k)}`);

@@ -444,7 +444,7 @@ def test_a_pole_is_dragged_along_its_way(opened):
 def test_the_six_motions_say_pythons_columns_and_the_car_is_dragged(opened):
     page = opened(MOTIONS, "#interaction?x=-30&y=20&turn=15&scale=0.75")
     L = FIGURES["own.interaction"].draw(x=-30, y=20, turn=15, scale=0.75)[1]["L"]
-    panel = ready(page, "Drag the car in any view")
+    panel = ready(page, "107 cm above the table")
     for title, k in ("looks up", 3), ("rolls clockwise", 5), ("moves forward", 2):
         label = panel.locator(f"canvas[aria-label*='{title}']").get_attribute(
             "aria-label"

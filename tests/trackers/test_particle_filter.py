@@ -13,6 +13,7 @@ from mkt.colors import ColorBins
 from mkt.evaluation import overlap
 from mkt.histograms import learn
 from mkt.kernels import Kernels
+from mkt.particles import covariance
 from mkt.scenes import SCENES
 from mkt.scenes.questions import base, look_alike, occlusion
 from mkt.scenes.rendering import Layer, Scene
@@ -224,9 +225,20 @@ def test_the_switch_as_printed_makes_the_combination_a_plain_filter():
         for tracker in (Combined().filter, Combined(as_printed=True), Combined())
     )
     assert (printed.regions == plain.regions).all()
+    assert (printed.info["steps"][1:] == 0).all()
     assert (corrected.info["steps"][1:] > 0).all()
     iou = [overlap(run.regions, clip.truth).mean() for run in (corrected, plain)]
     assert iou[0] > iou[1]
+
+
+def test_the_spread_of_a_combination_is_about_the_region_that_it_reports():
+    clip, rng = short(base(1), 3), np.random.default_rng(0)
+    tracker = Combined()
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    for frame in clip.frames[1:]:
+        state, info = tracker.step(state, frame, rng)
+        about = covariance(info["particles"], info["weights"], info["region"])
+        assert info["steps"] > 0 and (info["covariance"] == about).all()
 
 
 @dataclass(frozen=True)
