@@ -69,6 +69,34 @@ def test_nine_kernels_have_the_span_of_the_fourth_row():
     assert np.allclose(kernels.centres[0], [radius - half_width, radius - half_height])
 
 
+@pytest.mark.parametrize("aspect", [0.25, 1.0, 4.0])
+def test_the_samples_cells_are_squares_on_the_object(aspect):
+    kernels = Kernels("tiles", "uniform", aspect=aspect, samples=3600)
+    steps = [np.diff(np.unique(along.round(9)))[0] for along in kernels.points.T]
+    wide, high = steps * kernels.half_sides
+    assert wide == pytest.approx(high, rel=0.02)
+
+
+@pytest.mark.parametrize("aspect, across", [(1e-3, 0), (1e3, 1)])
+def test_the_narrowest_object_has_one_row_of_samples(aspect, across):
+    points = Kernels("ellipse", aspect=aspect, samples=100).points
+    assert (points[:, across] == 0).all() and len(points) > 50
+
+
+def test_a_uniform_kernel_counts_its_samples():
+    kernels = Kernels("3x3", "uniform", aspect=1.5)
+    assert (kernels.sums == (kernels.weights > 0).sum(1)).all()
+
+
+def test_the_two_kernels_of_the_axes_fall_along_one_axis_each():
+    kernels = Kernels("axes", aspect=1.5)
+    x, y = kernels.points.T
+    inside = x**2 + y**2 <= 1
+    for weights, along in zip(kernels.weights, (x, y), strict=True):
+        expected = np.where(inside, 1 - along**2, 0)
+        assert np.allclose(weights, expected / expected.sum())
+
+
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 4 / 3])
 def test_tiles_are_a_partition_of_the_whole_rectangle(aspect):
     kernels = Kernels("tiles", "uniform", aspect=aspect, samples=4800)
