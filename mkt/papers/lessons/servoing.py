@@ -11,7 +11,9 @@ import numpy as np
 import pandas as pd
 import scipy
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from mkt.figures.registry import Shown, figure, grid_columns, shown
 from mkt.papers import runs
@@ -22,7 +24,6 @@ from mkt.plotting import (
     DESIRED,
     SURFACE,
     draw_box,
-    draw_map,
     draw_region,
     pale,
     show_frame,
@@ -417,7 +418,10 @@ def _pole_table(gains: Array, poles: Poles) -> pd.DataFrame:
 
 GAINS = np.array([0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0])  # [1/s]
 RATIOS = np.array([0, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, np.inf])
-WORST = 5.0  # [cm], where the colours end
+COLORED = 0.2, 20.0  # [cm], errors below and above have the last colours
+BRIGHT = 1.5  # [cm], from here on black letters are read more easily than white ones
+AWAY = 100.0  # [cm], a loop that runs away
+FEW = 8  # fields that are framed as the best; of more none is
 HANDS = 12  # noises, over which the right map averages
 # [cm] on the table, at the desired distance: the car is 20 cm and 100 px long.
 PIXEL = 20 / 100
@@ -444,9 +448,9 @@ def loop_map(
     A target of 5 cm/s that turns back after 12 s.  Left, the error before it turns
     back, and in the middle the largest one after that, both with exact features.
     Right, the root mean square of the true error all the way, when the features are off
-    by `jitter` pixels.  Q / R = 0 is no compensation, infinity the raw measurement; a
-    cross marks the smallest error, at the left one of many.  Bright yellow: 5 cm or
-    more.
+    by `jitter` pixels.  Q / R = 0 is no compensation, infinity the raw measurement.
+    The numbers are the errors [cm], a dash one of more than a metre; white frames are
+    round the smallest ones, where these are few.  The colours are logarithmic.
     """
     maps = [np.minimum(z, MOST) for z in loop_errors(fps, rho, delay, jitter)]
     noise = f"RMS, {jitter:g} px of noise"
@@ -461,7 +465,9 @@ def loop_map(
     ]
     axes[0].set(ylabel="gain [1/s]", yticklabels=[f"{gain:g}" for gain in GAINS])
     bar = fig.add_axes((0.925, 0.15, 0.012, 0.73))
-    fig.colorbar(meshes[-1], cax=bar, label="error [cm]")
+    scale = fig.colorbar(meshes[-1], cax=bar, label="error [cm]")
+    ticks = (0.2, 0.5, 1, 2, 5, 10, 20)
+    scale.set_ticks(ticks, labels=map(_short, ticks))
     steady, peak, noisy = maps
     columns = {"steady [cm]": steady, "peak [cm]": peak, "noisy [cm]": noisy}
     table = grid_columns({"gain [1/s]": GAINS}, {"Q / R": RATIOS}, **columns)
@@ -472,13 +478,28 @@ def _draw_tuning(ax: Axes, z: Array, title: str) -> Any:
     """A map (gains, ratios) [cm], its axes numbered.  Returns its mesh."""
     x = np.arange(len(RATIOS), dtype=float)
     y = np.arange(len(GAINS), dtype=float)
-    # Rounded, so that among errors that look alike the cross does not wander.
-    drawn = np.minimum(z, WORST).round(2)
-    labels = {"xlabel": "Q / R", "title": f"{title}: {z.min():.2f} cm at best"}
-    mesh = draw_map(ax, x, y, drawn, (0, WORST), **labels)
+    drawn = np.clip(z, *COLORED)
+    shades = {"cmap": SURFACE, "norm": LogNorm(*COLORED), "shading": "nearest"}
+    mesh = ax.pcolormesh(x, y, drawn, **shades)
+    style = {"ha": "center", "va": "center_baseline", "fontsize": 7.5}
+    for (row, column), error in np.ndenumerate(z):
+        color = "black" if error > BRIGHT else "white"
+        ax.text(column, row, _in_field(error), color=color, **style)
+    best = np.argwhere(z.round(2) == z.min().round(2))  # as the title says it
+    for row, column in best if len(best) <= FEW else ():
+        low = column - 0.46, row - 0.46
+        ax.add_patch(Rectangle(low, 0.92, 0.92, fill=False, ec="white", lw=2))
+    ax.set(xlabel="Q / R", title=f"{title}: {z.min():.2f} cm at best")
     ax.set_xticks(x, [_short(ratio) for ratio in RATIOS])
     ax.set_yticks(y)
     return mesh
+
+
+def _in_field(error: float) -> str:
+    """An error [cm] in two digits."""
+    if error >= AWAY:
+        return "\N{EN DASH}"
+    return _short(round(error, 2 if error < 0.995 else 1 if error < 9.95 else 0))
 
 
 def _short(ratio: float) -> str:
