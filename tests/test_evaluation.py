@@ -193,6 +193,15 @@ def test_a_track_that_drifts_off_and_says_so_late():
     assert numbers["false_alarms"] == pytest.approx(0.1)
 
 
+@pytest.mark.parametrize("hit, lost", [([20], 1), ([21], 0), ([25], 0), ([30], 0)])
+def test_one_hit_in_the_last_ten_frames_is_not_lost(hit, lost):
+    truth = from_box(np.tile([10.0, 10, 20, 20], (31, 1)))
+    found = truth + [100, 0, 0, 0, 0]
+    found[[0, *hit]] = truth[0]
+    numbers = evaluate(tracked(found), seen(truth))
+    assert numbers["lost"] == numbers["failed"] == lost
+
+
 @pytest.mark.parametrize("upright, failed", [(True, 0), (False, 1)])
 def test_a_wrong_orientation_fails_where_the_truth_has_one(upright, failed):
     truth = from_box(np.tile([10.0, 10, 20, 20], (30, 1)))

@@ -146,6 +146,19 @@ def test_the_hash_feels_code_but_no_comment_docstring_or_layout(tmp_path):
     assert hashed('"""One."""\nx = 2\n') != plain
 
 
+@pytest.mark.parametrize("newer", ["python 3.99.0", "numpy 99.0"])
+def test_another_python_or_numpy_makes_another_key(newer, monkeypatch):
+    now, before = cache.versions(), cache.code_of(SSD())
+    assert before == cache.code_of(SSD())
+    name = newer.split()[0]
+    assert sum(line.startswith(f"{name} ") for line in now) == 1
+    later = [newer if line.startswith(f"{name} ") else line for line in now]
+    monkeypatch.setattr(cache, "versions", lambda: later)
+    cache._hash.cache_clear()
+    assert cache.code_of(SSD()) != before
+    cache._hash.cache_clear()
+
+
 def test_what_was_written_in_a_notebook_is_not_kept():
     space = {"__name__": "nowhere", "dataclass": dataclass}
     exec("@dataclass(frozen=True)\nclass Mine:\n    n: int = 1", space)
