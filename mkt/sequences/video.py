@@ -27,6 +27,7 @@ KEPT = 32  # frames: one slider's worth of scrubbing, 7 MB at 320x240
 ROOM = 5e7  # bytes that they may take where frames are large, 8 of 1920x1080
 FEWEST = 2
 IMAGES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
+JPEG, SCAN, END = b"\xff\xd8", b"\xff\xda", b"\xff\xd9"  # no scan has them inside
 FPS = 25.0  # of folders, and of files that do not say
 # A decoder asked by two threads at once takes the process down.  The same thread may
 # take the lock twice: a frame can be part of another series.
@@ -275,7 +276,7 @@ def read_image(path: str | os.PathLike) -> NDArray:
     # Not imread, which cannot open every name on Windows.
     data = np.fromfile(path, np.uint8)
     image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
-    if image is None:
+    if image is None or _is_cut(data.tobytes()):
         raise DataError(
             path, "not an image, or cut short", "download it again, or remove it"
         )
@@ -283,6 +284,11 @@ def read_image(path: str | os.PathLike) -> NDArray:
     if wrong:
         raise DataError(path, wrong, _TO_RGB.format(path.name, "rgb24", "colour.png"))
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+
+
+def _is_cut(data: bytes) -> bool:
+    """Whether a JPEG lacks its end, which decoders fill up without a word."""
+    return data.startswith(JPEG) and data.rfind(END) < data.rfind(SCAN)
 
 
 def _unlike_rgb(image: NDArray) -> str:

@@ -169,3 +169,16 @@ def test_bad_folders_and_images(tmp_path):
         path.write_bytes(content)
         with refused(path, "not an image", "download"):
             ImageFolder(path.parent)[1]
+
+
+@pytest.mark.parametrize("suffix", ["jpg", "png", "webp"])
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.99])
+def test_a_frame_that_is_cut_short_is_refused(tmp_path, suffix, share):
+    path = tmp_path / f"0.{suffix}"
+    cv2.imwrite(str(path), noise(0))
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    with refused(path, "cut short", "download"):
+        ImageFolder(tmp_path)
+    path.write_bytes(whole + b"what a camera writes behind it")
+    assert len(ImageFolder(tmp_path)) == 1
