@@ -31,12 +31,6 @@ def pytest_configure(config):
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-@pytest.hookimpl(optionalhook=True, wrapper=True)
-def pytest_xdist_auto_num_workers():
-    """One more than there are cores: who waits for a browser leaves a core alone."""
-    return (yield) + 1
-
-
 def pytest_collection_modifyitems(items):
     """The site first, then all that is apart from it, then what finds its runs."""
 
