@@ -39,6 +39,7 @@ from mkt.types import Array, ArrayLike, NDArray, Regions
 
 Text = tuple[NDArray, Regions]  # the line of each row (T,), the regions (T, 5)
 _ONE_BASED = np.array([1.0, 1.0, 0.0, 0.0])
+_LARGEST_ID = 2.0**53  # beyond it not every whole number is a float
 _NO_TRUTH = ("source", "license", "readme")  # text files beside those with a truth
 
 
@@ -342,6 +343,9 @@ def _mot_rows(folder: str | os.PathLike) -> tuple[Path, NDArray, Array]:
     path = existing_folder(folder) / "gt" / "gt.txt"
     lines, rows = read_numbers(path, (9, 10))
     _refuse_nan(path, lines, rows)
+    ids = rows[:, 1]
+    broken = (ids != np.round(ids)) | (np.abs(ids) > _LARGEST_ID)
+    _refuse(path, lines, broken, "the id is no whole number", "correct the row")
     return path, lines, rows
 
 

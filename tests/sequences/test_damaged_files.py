@@ -248,12 +248,8 @@ def test_a_polygon_without_an_area(row, tmp_path):
             "correct",
             1,
         ),
-        (
-            "1,1.5,11,13,20,10,1,1,1",
-            "no target has the id 1",
-            "choose one of 1.5",
-            None,
-        ),
+        ("1,1.5,11,13,20,10,1,1,1", "the id is no whole number", "correct", 1),
+        ("1,1e300,11,13,20,10,1,1,1", "the id is no whole number", "correct", 1),
     ],
 )
 def test_a_damaged_mot_file_is_named(row, what, remedy, line, tmp_path):
