@@ -239,6 +239,15 @@ def test_the_spread_of_a_combination_is_about_the_region_that_it_reports():
         state, info = tracker.step(state, frame, rng)
         about = covariance(info["particles"], info["weights"], info["region"])
         assert info["steps"] > 0 and (info["covariance"] == about).all()
+        looks = tracker.filter.n + 1  # the particles, and their mean
+        assert info["evaluations"] == looks + info["steps"]
+
+
+@pytest.mark.parametrize("as_printed", [False, True])
+def test_at_the_threshold_itself_only_the_corrected_switch_optimises(as_printed):
+    tracker = Combined(threshold=0.5, as_printed=as_printed)
+    assert tracker.optimises(0.5) != as_printed
+    assert tracker.optimises(0.49) != as_printed == tracker.optimises(0.51)
 
 
 @dataclass(frozen=True)
