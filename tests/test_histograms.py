@@ -245,3 +245,52 @@ def test_the_likelihood_takes_the_sum_or_the_mean_of_squared_distances():
 def test_overlapping_constant_kernels_are_counted_in_each():
     kernels = Kernels("4x4", "uniform", span=1.0, aspect=1.0)
     assert kernels.parts is None and (kernels.weights > 0).sum(0).max() > 1
+
+
+IMAGE = ColorBins()(
+    np.random.default_rng(5).integers(0, 256, (60, 80, 3), dtype=np.uint8)
+)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 9))
+def test_distances_are_roots_of_what_the_coefficients_lack(seed, parts):
+    """(5) of [T09]: over the parts, d is the root of the mean of the squares."""
+    rho = np.random.default_rng(seed).random((4, parts))
+    assert np.allclose(distance(rho) ** 2, 1 - rho)
+    assert np.allclose(distance(rho, axis=-1) ** 2, 1 - rho.mean(-1))
+    assert distance(1 + 1e-9) == 0
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, 9))
+def test_the_likelihood_adds_parts_and_keeps_regions_apart(seed, parts):
+    rho = np.random.default_rng(seed).random((3, 4, parts))
+    by_sum, by_mean = (log_likelihood(rho, combine=how) for how in ("sum", "mean"))
+    assert by_sum.shape == by_mean.shape == (3, 4)
+    assert np.allclose(by_sum, -20 * np.sum(1 - rho, -1))
+    assert np.allclose(by_sum, parts * by_mean)
+
+
+def test_distances_have_the_shape_of_the_regions():
+    region = np.array([40.0, 30, 0.2, 14, 9])
+    target = learn(IMAGE, region, Kernels("2x2"))
+    many = region + np.random.default_rng(0).normal(0, 2, (2, 3, 5)) * [1, 1, 0, 0, 0]
+    d = target.distances(IMAGE, many)
+    assert d.shape == (2, 3) and target.distances(IMAGE, region) < 1e-3
+    for k in np.ndindex(2, 3):
+        rho = coefficient(histograms(IMAGE, target.kernels, many[k])[0], target.q)
+        assert d[k] == pytest.approx(np.sqrt(np.mean(1 - rho)), abs=1e-6)
+
+
+def test_an_object_that_is_partly_outside_is_learnt_by_the_kernels_that_see_it():
+    half, away = np.array([0.0, 30, 0, 15, 15]), np.array([-90.0, 30, 0, 15, 15])
+    tiles = Kernels("tiles", "uniform")
+    with pytest.raises(ValueError, match="outside the image"):
+        learn(IMAGE, half, tiles)
+    target = learn(IMAGE, half, tiles, partly=True)
+    assert target.learnt is not None
+    assert target.learnt.tolist() == [1, 2, 4, 5, 7, 8]  # not the left column
+    rho = target.coefficients(IMAGE, half[None])
+    assert rho.shape == (1, 6) and np.allclose(rho, 1)
+    with pytest.raises(ValueError, match="outside the image"):
+        learn(IMAGE, away, tiles, partly=True)
+    assert learn(IMAGE, [40.0, 30, 0, 15, 15], tiles, partly=True).learnt is None
