@@ -188,3 +188,21 @@ def test_every_tracker_takes_several_bin_images(tracker):
 def test_what_makes_no_sense_is_refused(wrong, said):
     with pytest.raises(ValueError, match=said):
         wrong()
+
+
+def test_three_kinds_of_bins_lie_one_behind_the_other():
+    """Each with the numbers, the votes and the turning directions of its own."""
+    parts = EdgeBins(6), ColorBins("hs"), EdgeBins(9)
+    image = Joined(parts, (1.0, 0.0, 3.0))(FRAME)
+    firsts = np.cumsum([0, *(part.m for part in parts)])
+    assert image.m == firsts[-1]
+    for part, layer, first in zip(parts, image.layers, firsts[:-1], strict=True):
+        assert np.array_equal(layer, part(FRAME).labels.astype(int) + first)
+    turning = [
+        (int(first) + start, n)
+        for part, first in zip(parts, firsts[:-1], strict=True)
+        for start, n in part(FRAME).compasses
+    ]
+    assert list(image.compasses) == turning and len(turning) == 2
+    votes = np.repeat([0.25, 0, 0.75], [part.m for part in parts])
+    assert np.allclose(image.shares, votes)

@@ -25,7 +25,9 @@ from mkt.evaluation import (
     true_positives,
 )
 from mkt.regions import area, corners, from_box, rotation, to_box, unwarp
-from mkt.tracking import Sequence, Track
+from mkt.scenes.drawn import Drawn
+from mkt.trackers.particle_filter import ParticleFilter
+from mkt.tracking import Sequence, Track, track
 from tests.strategies import regions
 
 
@@ -264,3 +266,40 @@ def test_a_hidden_target_is_neither_a_failure_nor_a_place_to_start():
     run = restarted(Drifting((2.0, 0.0)), seen(truth, hidden=(10, 11, *range(14, 24))))
     assert run.failures == [12, 34, 49] and run.starts == [0, 24, 39, 54]
     assert np.isnan(run.overlap[10:12]).all()
+
+
+@pytest.mark.parametrize("share, shrunk", [(0.45, 1), (0.55, 0), (1.8, 0)])
+def test_a_region_has_shrunk_below_half_of_the_true_area(share, shrunk):
+    truth = from_box(np.tile([10.0, 10, 20, 20], (5, 1)))
+    found = truth * [1, 1, 1, share**0.5, share**0.5]
+    assert evaluate(tracked(found), seen(truth))["shrunk"] == shrunk
+
+
+def test_silence_is_counted_among_the_misses_alone():
+    truth = from_box(np.tile([10.0, 10, 20, 20], (31, 1)))
+    found = truth + [100, 0, 0, 0, 0]
+    found[:11] = truth[:11]
+    numbers = evaluate(tracked(found, lost=[1, 2, *range(11, 16)]), seen(truth))
+    assert numbers["silent"] == pytest.approx(15 / 20)
+    assert numbers["false_alarms"] == pytest.approx(2 / 10)
+
+
+def test_where_one_frame_is_seen_it_decides_and_where_none_is_nothing_does():
+    iou = np.array([[np.nan, 0.9, np.nan], [np.nan, 0.1, np.nan], [np.nan] * 3])
+    assert true_positives(iou).tolist()[:2] == [1, 0]
+    assert np.isnan(true_positives(iou)[2])
+
+
+def test_a_tracker_that_never_fails_goes_on_as_in_a_track():
+    """With the same frames and the same chance."""
+    clip, tracker = Drawn("base", 1).sequence(), ParticleFilter(n=60)
+    run, whole = restarted(tracker, clip, seed=3), track(tracker, clip, seed=3)
+    assert run.starts == [0] and run.failures == []
+    assert np.array_equal(run.overlap[1:], overlaps_of(whole, clip))
+    usual, anew = (track(tracker, clip, **seed) for seed in ({}, {"seed": 0}))
+    assert np.array_equal(usual.regions, anew.regions)
+    assert np.array_equal(restarted(tracker, clip).overlap[1:], overlaps_of(anew, clip))
+
+
+def overlaps_of(run, clip):
+    return overlap(run.regions[1:], clip.truth[1:])

@@ -101,3 +101,28 @@ def test_corner_error_of_a_shift_is_its_length():
 def test_places_of_another_shape_are_refused():
     with pytest.raises(ValueError, match=r"\(\.\.\., 5\)"):
         homographies.as_places(np.zeros((4, 3)))
+
+
+@given(STEPS, st.floats(0.2, 5))
+def test_slope_and_region_are_those_at_the_middle_whatever_the_scale(step, scale):
+    """The slope by differences; a homography times a number is the same map."""
+    h = homographies.moved(FACING, step, SIDES)
+    tiny = 1e-5
+    ends = homographies.through(h, [[tiny, 0], [-tiny, 0], [0, tiny], [0, -tiny]])
+    columns = (ends[::2] - ends[1::2]) / (2 * tiny)
+    assert np.allclose(homographies.slope_at_middle(h), columns.T, atol=1e-3)
+    assert np.allclose(
+        homographies.slope_at_middle(scale * h), homographies.slope_at_middle(h)
+    )
+    once, again = (homographies.as_region(each, 1.5) for each in (h, scale * h))
+    assert np.allclose(once, again)
+    assert np.allclose(once[:2], homographies.through(h, [[0.0, 0.0]])[0])
+
+
+def test_the_corner_error_of_many_is_that_of_each():
+    steps = np.random.default_rng(0).normal(0, 0.1, (3, 8))
+    many = homographies.moved(FACING, steps, SIDES)
+    errors = homographies.corner_error(many, FACING)
+    for one, error in zip(many, errors, strict=True):
+        off = homographies.corners(one) - homographies.corners(FACING)
+        assert error == pytest.approx(np.sqrt(np.mean(np.sum(off**2, -1))))

@@ -102,3 +102,27 @@ def test_a_neighbouring_hue_is_nearer_than_a_far_one(name):
     near, across, far = (MEASURES[name](one[u], one[1], BINS) for u in (5, 21, 13))
     assert near < far and across < far
     assert MEASURES["bhattacharyya"](one[[5, 13]], one[1], BINS).tolist() == [1, 1]
+
+
+def test_quadratic_is_half_the_form_and_one_for_bins_apart():
+    p, q = np.eye(BINS.m)[[0, 14]]
+    off, S = p - q, smoothing(BINS).toarray()
+    assert MEASURES["quadratic"](p, q, BINS) == pytest.approx(off @ S @ off / 2)
+
+
+def test_the_earth_mover_carries_what_both_have_of_colour_and_pays_for_the_rest():
+    """Half of p is of hue 0, and a quarter of q of hue 3 of 6, which is opposite."""
+    p, q = np.zeros((2, BINS.m))
+    p[[0, -1]] = 0.5
+    q[[3 * 4, -1]] = 0.25, 0.75
+    expected = 0.25 * 1 + abs(0.5 - 0.25)
+    assert MEASURES["earth mover"](p, q, BINS) == pytest.approx(expected)
+    assert MEASURES["earth mover"](q, p, BINS) == pytest.approx(expected)
+
+
+@given(st.integers(3, 12), st.integers(0, 2**32 - 1))
+def test_the_circle_is_cut_where_that_is_cheapest(n, seed):
+    p, q = np.random.default_rng(seed).dirichlet(np.ones(n), 2)
+    gap = np.cumsum(p - q)
+    cheapest = min(np.abs(gap - cut).sum() for cut in gap) / (n / 2)
+    assert circular_emd(p, q) == pytest.approx(cheapest)
