@@ -1,5 +1,8 @@
 """What several files of tests share: the executed notebooks and the site of them."""
 
+import functools
+import gc
+import os
 import re
 import signal
 from contextlib import contextmanager
@@ -29,6 +32,14 @@ def pytest_configure(config):
     """
     config.option.loadscopereorder = False
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_sessionstart():
+    """Forget what was computed before a fault was planted: mutmut's tests are forks."""
+    if "MUTANT_UNDER_TEST" in os.environ:
+        for thing in gc.get_objects():
+            if isinstance(thing, functools._lru_cache_wrapper):
+                thing.cache_clear()
 
 
 def pytest_collection_modifyitems(items):
