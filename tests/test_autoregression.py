@@ -37,11 +37,21 @@ def test_changes_are_in_units_of_the_target():
 
 
 def test_a_prediction_adds_the_change_that_it_keeps():
-    model = AutoRegression((0.5, 1.0, 0.0), (0, 0, 0), (0, 0, 0))
+    model = AutoRegression((0.5, 1.0, 0.5), (0, 0, 0), (0, 0, 0))
     before = Particles(np.array([START]), np.array([[0.2, -0.4, 0.3, 0.1]]))
     region = model.predict(before, np.random.default_rng(0)).regions[0]
     unit = np.sqrt(600)
-    assert np.allclose(region, [160 + 0.1 * unit, 120 - 0.2 * unit, 0.5, 30, 20])
+    sides = np.exp(0.05) * np.array([30, 20])
+    assert np.allclose(region, [160 + 0.1 * unit, 120 - 0.2 * unit, 0.5, *sides])
+
+
+def test_place_turn_and_size_are_learnt_each_from_its_own_changes():
+    made = AutoRegression((0.9, 0.2, 0.6), (0.01, 0.04, 0.02), (0.02,) * 3)
+    found = learnt(simulated(made, 1500, k) for k in range(4))
+    assert np.allclose(found.phi, made.phi, atol=0.05)
+    assert np.allclose(found.sigma, made.sigma, rtol=0.05)
+    expected = np.array(made.sigma) / np.sqrt(1 - np.array(made.phi) ** 2)
+    assert np.allclose(found.spread, expected, rtol=0.1)
 
 
 def test_changes_never_grow_without_end():
