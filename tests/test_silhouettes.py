@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mkt.kernels import Kernels
+from mkt.regions import warp
 from mkt.scenes.textures import texture
 from mkt.scenes.varied import Varied
 from mkt.silhouettes import (
@@ -67,13 +68,31 @@ def test_what_is_not_found_is_all_of_the_box():
     assert grabbed(frame, [40, 40, 0, 12, 9]).all()
 
 
-def test_a_patch_is_upright_whatever_the_region():
-    """The corner of a region turned by a quarter is found where it was turned to."""
-    frame = np.zeros((90, 90, 3), np.uint8)
-    frame[28:44, 56:62] = 255  # beside the upper right corner of a box of 40 x 20
-    seen = patch(frame, [45, 45, np.pi / 2, 20, 10], 1.0)[..., 0] / 255
-    rows, columns = np.nonzero(seen > 0.5)
-    assert not len(rows) or (rows.max() < SIDE / 2 and columns.max() < SIDE / 2)
+@pytest.mark.parametrize("around", [1.0, 1.6])
+def test_a_patch_is_upright_whatever_the_region(around):
+    """Each of its pixels has the colour of its place, and colours say places here."""
+    y, x = np.mgrid[:110, :130].astype(np.uint8)
+    region = [65, 55, 0.7, 30, 18]
+    seen = patch(np.dstack([x, y, y]), region, around).astype(float)
+    n = len(seen)
+    assert n == round(SIDE * around)
+    cells = (2 * np.arange(n) + 1 - n) / SIDE
+    places = warp(region, np.stack(np.meshgrid(cells, cells), -1).reshape(-1, 2))
+    assert np.abs(seen[..., :2].reshape(-1, 2) - places).max() < 1
+
+
+def test_weights_are_those_of_the_kernel_times_the_mask_of_their_cell():
+    mask = np.random.default_rng(0).random((SIDE, SIDE))
+    shown = Silhouette(**BOX, mask=as_bytes(mask)).fitted([0, 0, 0.3, 40, 15])
+    plain = Kernels(**BOX).fitted([0, 0, 0.3, 40, 15])
+    assert np.array_equal(shown.half_sides, plain.half_sides)
+    x, y = shown.points.T
+    cell = mask[((y + 1) / 2 * SIDE).astype(int), ((x + 1) / 2 * SIDE).astype(int)]
+    expected = plain.weigh(shown.points * shown.half_sides)[0] * cell
+    assert np.allclose(shown.weights[0], expected / expected.sum(), atol=2e-5)
+    corners = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]]) * shown.half_sides
+    at_corners = shown.weigh(0.999 * corners) / plain.weigh(0.999 * corners)
+    assert np.allclose(at_corners, mask[[0, 0, -1, -1], [0, -1, 0, -1]], atol=3e-3)
 
 
 def test_a_silhouette_counts_only_what_the_mask_shows():
