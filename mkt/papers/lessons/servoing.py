@@ -447,8 +447,8 @@ def loop_map(
 
     A target of 5 cm/s that turns back after 12 s.  Left, the error before it turns
     back, and in the middle the largest one after that, both with exact features.
-    Right, the root mean square of the true error all the way, when the features are off
-    by `jitter` pixels.  Q / R = 0 is no compensation, infinity the raw measurement.
+    Right, the root mean square of the true error all the way, when the features have a
+    jitter of some pixels.  Q / R = 0 is no compensation, infinity the raw measurement.
     The numbers are the errors [cm], a dash one of more than a metre; white frames are
     round the smallest ones, where these are few.  The colours are logarithmic.
     """
@@ -481,7 +481,7 @@ def _draw_tuning(ax: Axes, z: Array, title: str) -> Any:
     drawn = np.clip(z, *COLORED)
     shades = {"cmap": SURFACE, "norm": LogNorm(*COLORED), "shading": "nearest"}
     mesh = ax.pcolormesh(x, y, drawn, **shades)
-    style = {"ha": "center", "va": "center_baseline", "fontsize": 7.5}
+    style = {"ha": "center", "va": "center_baseline", "fontsize": 9.5}
     for (row, column), error in np.ndenumerate(z):
         color = "black" if error > BRIGHT else "white"
         ax.text(column, row, _in_field(error), color=color, **style)
