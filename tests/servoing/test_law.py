@@ -47,3 +47,34 @@ FLAT = np.diag([1.0, 1, 1, 0]) @ np.eye(4, 6)
 def test_bad_input_is_named(problem, call):
     with pytest.raises(ValueError, match=problem):
         call()
+
+
+@pytest.mark.parametrize(
+    "near, far, slope",
+    [(1.0, 1.0, 4.0), (0.5, 1.0, 4.0), (2.0, 0.0, 4.0), (2.0, 0.5, 0.0)],
+)
+def test_a_gain_that_does_not_fall_is_refused(near, far, slope):
+    with pytest.raises(ValueError, match="near > far > 0 and slope > 0"):
+        AdaptiveGain(near, far, slope)
+
+
+def test_a_gain_may_fall_slowly():
+    gain, e = AdaptiveGain(2.0, 0.5, 0.25), np.array([0, 1e-6, 0, 0])
+    assert (gain(0 * e) - gain(e)) / 1e-6 == pytest.approx(0.25, rel=1e-3)
+
+
+def test_a_target_stands_still_where_nothing_is_said_of_it():
+    e = np.array([0.1, -0.2, 0.05, 0.3])
+    np.testing.assert_array_equal(twist(e, L, 2.0), twist(e, L, 2.0, np.zeros(4)))
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
+@pytest.mark.parametrize("share", [1e-3, 0.9])
+def test_a_small_part_that_cannot_be_controlled_is_refused_at_any_scale(size, share):
+    """Two features with the same row of L that are to change differently."""
+    alike = np.eye(4, 6)
+    alike[3] = alike[2]
+    e = size * np.array([1.0, 0, 0.5, 0.5 + share])
+    with pytest.raises(ValueError, match="singular"):
+        twist(e, alike, 1.0)
+    assert np.isfinite(twist(e, np.eye(4, 6), 1.0)).all()
