@@ -27,7 +27,7 @@ KEPT = 32  # frames: one slider's worth of scrubbing, 7 MB at 320x240
 ROOM = 5e7  # bytes that they may take where frames are large, 8 of 1920x1080
 FEWEST = 2
 IMAGES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
-JPEG, SCAN, END = b"\xff\xd8", b"\xff\xda", b"\xff\xd9"  # no scan has them inside
+JPEG, SCAN, END = b"\xff\xd8", b"\xff\xda", b"\xff\xd9"  # no scan has END inside
 FPS = 25.0  # of folders, and of files that do not say
 # A decoder asked by two threads at once takes the process down.  The same thread may
 # take the lock twice: a frame can be part of another series.
@@ -287,8 +287,18 @@ def read_image(path: str | os.PathLike) -> NDArray:
 
 
 def _is_cut(data: bytes) -> bool:
-    """Whether a JPEG lacks its end, which decoders fill up without a word."""
-    return data.startswith(JPEG) and data.rfind(END) < data.rfind(SCAN)
+    """Whether a JPEG lacks its end, which decoders fill up without a word.
+
+    The end is looked for behind the beginning of the picture itself: a thumbnail before
+    it has an end of its own, and cameras write films behind it.
+    """
+    if not data.startswith(JPEG):
+        return False
+    at = len(JPEG)
+    while at < len(data) and data[at : at + 2] != SCAN:
+        fill = data[at + 1 : at + 2] == b"\xff"
+        at += 1 if fill else 2 + int.from_bytes(data[at + 2 : at + 4], "big")
+    return END not in data[at:]
 
 
 def _unlike_rgb(image: NDArray) -> str:

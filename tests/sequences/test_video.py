@@ -182,3 +182,21 @@ def test_a_frame_that_is_cut_short_is_refused(tmp_path, suffix, share):
         ImageFolder(tmp_path)
     path.write_bytes(whole + b"what a camera writes behind it")
     assert len(ImageFolder(tmp_path)) == 1
+
+
+def test_the_end_of_a_photograph_is_neither_its_thumbnail_s_nor_that_of_what_follows(
+    tmp_path,
+):
+    small, large = (
+        cv2.imencode(".jpg", frame)[1].tobytes()
+        for frame in (noise(1)[:8, :8], noise(0))
+    )
+    thumbnail = b"\xff\xe1" + (2 + len(small)).to_bytes(2, "big") + small
+    whole = large[:2] + thumbnail + b"\xff" + large[2:]  # a byte that fills, too
+    film = b"\xff\xd9 and \xff\xda"
+    path = tmp_path / "0.jpg"
+    path.write_bytes(whole + film)
+    assert len(ImageFolder(tmp_path)) == 1
+    path.write_bytes(whole[:-40])
+    with refused(path, "cut short", "download"):
+        ImageFolder(tmp_path)

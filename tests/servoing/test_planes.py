@@ -22,7 +22,9 @@ def pose_at(turn, way):
 def test_the_pose_comes_back_from_its_homography(seed):
     rng = np.random.default_rng(seed)
     pose = pose_at(rng.uniform(-0.7, 0.7, 3), [*rng.uniform(-0.1, 0.1, 2), 0.9])
-    found = planes.poses(planes.homography(pose, CAMERA, SIDES), CAMERA, SIDES)
+    seen = planes.homography(pose, CAMERA, SIDES)
+    assert seen[2, 2] == pytest.approx(1) != pose[2, 3]
+    found = planes.poses(seen, CAMERA, SIDES)
     assert len(found) == 2
     assert np.allclose(found[0], pose, atol=1e-6)
 
