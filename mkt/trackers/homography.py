@@ -55,7 +55,11 @@ from mkt.tracking import Info, report
 from mkt.types import Array, Frame, Region, Rng
 
 LARGEST_STEP = 0.5  # of a component, in object units, radians and log size
-SHORT = 1e-2  # a step below this ends the iteration, in the same units
+SHORT = 1e-2  # a step below this ends the last pass, in the same units
+# ... and an earlier one, from which the next goes on.  On the cards of the tuning seeds
+# .05 takes 4 to 6 steps a frame where .01 takes 10 to 12, and is as exact: it converges
+# in 84 % of the starts of all kinds (.01: 82, .1: 83, .2: 75).
+NEARLY = 5e-2
 NEAREST = 0.3  # of the distances of the corners, as a share of that of the middle
 
 
@@ -110,9 +114,14 @@ def step_from(target: Target, image: BinImage, homography: Array, group: str) ->
 
 
 def minimise(
-    target: Target, image: BinImage, start: Array, iterations: int, group: str
+    target: Target,
+    image: BinImage,
+    start: Array,
+    iterations: int,
+    group: str,
+    short: float = SHORT,
 ) -> tuple[Array, int]:
-    """Repeat the step until it is shorter than `SHORT`.
+    """Repeat the step until it is shorter than `short`, in object units.
 
     Returns
     -------
@@ -122,12 +131,12 @@ def minimise(
     """
     target.check(image)
     homography, half_sides = start, target.kernels.half_sides
-    steps, short = 0, False
-    while steps < iterations and not short:
+    steps, done = 0, False
+    while steps < iterations and not done:
         step = step_from(target, image, homography, group)
         bounded = np.clip(step, -LARGEST_STEP, LARGEST_STEP)
         homography = moved(homography, bounded, half_sides)
-        short = np.abs(step).max() < SHORT
+        done = np.abs(step).max() < short
         steps += 1
     return homography, steps
 
@@ -267,9 +276,10 @@ class PlaneSSD:
             How many were taken.
         """
         homography, steps = start, 0
-        for target in state.targets:
+        shorts = (*[NEARLY] * (len(state.targets) - 1), SHORT)
+        for target, short in zip(state.targets, shorts, strict=True):
             homography, k = minimise(
-                target, image, homography, self.iterations, self.group
+                target, image, homography, self.iterations, self.group, short
             )
             steps += k
         if not plausible(homography, state.first):

@@ -15,6 +15,8 @@ from mkt.scenes.cards import card
 from mkt.scenes.rendering import Layer, Scene, homographies
 from mkt.trackers import ssd
 from mkt.trackers.homography import (
+    NEARLY,
+    SHORT,
     PlaneSSD,
     columns,
     columns_at,
@@ -174,6 +176,21 @@ def test_minimise_stops_at_the_truth():
     found, steps = minimise(target, image, start, 10, "homography")
     assert np.abs(step).max() < 1e-6 and steps == 1
     assert corner_error(found, start) < 1e-3
+
+
+def test_the_first_pass_ends_near_and_the_last_one_there():
+    clip = card("base", 3).sequence()
+    tracker, rng = PlaneSSD(iterations=30), np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    image = tracker.bins(clip.frames[20])
+    wide, small = state.targets
+    near, few = minimise(wide, image, state.homography, 30, "homography", NEARLY)
+    _, all_the_way = minimise(wide, image, state.homography, 30, "homography", SHORT)
+    found, steps = minimise(small, image, near, 30, "homography", SHORT)
+    assert few < all_the_way and steps > 1  # so which of the two ends where is seen
+    refined, _, taken = tracker.refine(state, image, state.homography)
+    assert taken == few + steps
+    np.testing.assert_allclose(refined, found)
 
 
 @pytest.mark.parametrize(
