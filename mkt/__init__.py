@@ -24,7 +24,7 @@ and `mkt.trackers.close_up` (ours), `mkt.trackers.neighbours`, `mkt.trackers.sha
 `mkt.trackers.scaled`, which is any of them on smaller frames, and
 `mkt.trackers.by_name`, which lists them all; on planes in space
 `mkt.trackers.homography`, `mkt.trackers.homography_combined`, and the rival
-`mkt.trackers.homography_ecc`.
+`mkt.trackers.homography_esm`.
 
 The rest of the house, from the ground up; a wing knows only those below it:
 

@@ -2,15 +2,18 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from mkt.colors import ColorBins, Joined
 from mkt.edges import EdgeBins
 from mkt.histograms import learn
 from mkt.homographies import corner_error, moved, of_regions, through
 from mkt.kernels import Kernels
-from mkt.regions import displaced
+from mkt.regions import displaced, from_box
 from mkt.scenes.cards import card
 from mkt.scenes.rendering import Layer, Scene, homographies
 from mkt.trackers import ssd
@@ -27,7 +30,7 @@ from mkt.trackers.homography import (
     step_from,
 )
 from mkt.trackers.homography_combined import PlaneCombined
-from mkt.trackers.homography_ecc import PlaneECC
+from mkt.trackers.homography_esm import PlaneESM, esm_step
 from mkt.tracking import track
 
 HALF_SIDES = np.array([1.25, 0.8])
@@ -138,7 +141,7 @@ def test_only_the_homography_finds_a_tilt():
     assert found["homography"] < 1.5 < found["affine"] < found["similarity"]
 
 
-@pytest.mark.parametrize("tracker", [PlaneSSD(), PlaneCombined(), PlaneECC()], ids=type)
+@pytest.mark.parametrize("tracker", [PlaneSSD(), PlaneCombined(), PlaneESM()], ids=type)
 def test_trackers_of_planes_follow_a_card(tracker):
     scene = card("base", 2)
     clip, truth = scene.sequence(), homographies(scene, scene.target, np.arange(120))
@@ -150,7 +153,7 @@ def test_trackers_of_planes_follow_a_card(tracker):
     assert (runs[0].regions == runs[1].regions).all()
 
 
-@pytest.mark.parametrize("tracker", [PlaneSSD(), PlaneCombined(), PlaneECC()], ids=type)
+@pytest.mark.parametrize("tracker", [PlaneSSD(), PlaneCombined(), PlaneESM()], ids=type)
 def test_a_card_that_is_gone_is_said_to_be_lost(tracker):
     scene = card("base", 2)
     frames, rng = scene.sequence().frames, np.random.default_rng(0)
@@ -200,10 +203,104 @@ def test_the_first_pass_ends_near_and_the_last_one_there():
         (lambda: PlaneSSD(passes=()), "passes"),
         (lambda: PlaneSSD(iterations=0), "iterations"),
         (lambda: PlaneCombined(spread=()), "spread"),
-        (lambda: PlaneECC(blurs=(4,)), "blurs"),
+        (lambda: PlaneESM(blurs=(4,)), "blurs"),
         (lambda: card("fog", 0), "kind"),
     ],
 )
 def test_what_cannot_be_is_refused(make, said):
     with pytest.raises(ValueError, match=said):
         make()
+
+
+# The pixel-based rival.
+def facing_and_later(seed, k=45):
+    """Two frames of a card, its region in the first, its homography in the second."""
+    scene = replace(card("base", seed), noise=0.0, shutter=0.0)
+    clip = scene.sequence()
+    truth = homographies(scene, scene.target, float(k))
+    return clip.frames[0], clip.frames[k], clip.truth[0].copy(), truth
+
+
+def by_ecc(frame, later, region, start):
+    """OpenCV's alignment, both frames smoothed first; the homography (3, 3)."""
+    grey = [
+        cv2.cvtColor(f, cv2.COLOR_RGB2GRAY).astype(np.float32) for f in (frame, later)
+    ]
+    before, after = (cv2.GaussianBlur(g, (5, 5), 0) for g in grey)
+    size = np.round(2 * region[3:]).astype(int)
+    from_square = of_regions(from_box([0, 0, *size]))
+    to_image = of_regions(region) @ np.linalg.inv(from_square)
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    picture = cv2.warpPerspective(before, to_image, size, flags=flags)
+    way = (start @ np.linalg.inv(from_square)).astype(np.float32)
+    ends = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-7)
+    motion, everywhere = cv2.MOTION_HOMOGRAPHY, np.full(after.shape, 255, np.uint8)
+    way = way / way[2, 2]
+    found = cv2.findTransformECC(picture, after, way, motion, ends, everywhere, 1)[1]
+    return found @ from_square
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 5])
+def test_esm_ends_where_opencvs_alignment_ends(seed):
+    """Inside the border, where blur brings no background, both end at the truth."""
+    frame, later, region, truth = facing_and_later(seed)
+    region[3:], truth[:, :2] = 0.9 * region[3:], 0.9 * truth[:, :2]
+    tracker = PlaneESM(blurs=(5,))
+    state = tracker.init(frame, region, np.random.default_rng(0))
+    found, correlation = tracker.refine(state, later, truth)
+    oracle = by_ecc(frame, later, region, truth)
+    assert corner_error(found, oracle) < 0.05 and correlation > 0.98
+    assert corner_error(found, truth) < 0.15
+
+
+@settings(max_examples=25)
+@given(
+    x=st.tuples(*[st.floats(-0.03, 0.03)] * 6, *[st.floats(-0.02, 0.02)] * 2),
+)
+def test_a_step_of_esm_leaves_a_small_part_of_a_small_displacement(x):
+    """It is exact to second order: of a pixel or two, less than a sixth is left."""
+    picture, sides = waves(np.eye(3)), np.array([1.25, 0.8])
+    seen = waves(moved(np.eye(3), -np.array(x), sides))
+    left = esm_step(picture, seen)[0] - np.array(x)
+    assert np.abs(left).max() < 0.15 * np.abs(x).max() + 1e-3
+
+
+def waves(homography):
+    """A smooth picture (80, 125) of the canonical square under a homography."""
+    x, y = np.meshgrid(np.arange(125), np.arange(80))
+    grid = np.column_stack([(x.ravel() - 62) / 62.5, (y.ravel() - 39.5) / 40])
+    u, v = through(homography, grid).T
+    waves = np.sin(5 * u) + np.cos(4 * v + 1) + np.sin(3 * u * v + u + 2 * v)
+    return (100 + 40 * waves).reshape(80, 125).astype(np.float32)
+
+
+def test_esm_does_not_mind_the_light():
+    frame, later, region, truth = facing_and_later(3)
+    tracker = PlaneESM()
+    state = tracker.init(frame, region, np.random.default_rng(0))
+    found, _ = tracker.refine(state, later, truth)
+    darker = np.round(20 + 0.6 * later).astype(np.uint8)
+    assert corner_error(tracker.refine(state, darker, truth)[0], found) < 0.05
+
+
+def test_esm_begins_again_where_it_runs_away():
+    frame, later, region, truth = facing_and_later(3)
+    tracker = PlaneESM()
+    state = tracker.init(frame, region, np.random.default_rng(0))
+    far = of_regions([300.0, 20.0, 0, 20.0, 16.0])
+    noise = np.random.default_rng(1).integers(0, 256, later.shape, dtype=np.uint8)
+    found, correlation = tracker.refine(state, noise, far)
+    np.testing.assert_array_equal(found, far)
+    assert correlation == 0
+
+
+def test_what_lies_outside_the_frame_does_not_pull():
+    """A card that leaves the image is aligned by what is left of it."""
+    way = ((0.0, 160.0, 120.0, 0.0, 1.0), (10.0, 300.0, 120.0, 0.2, 1.0))
+    scene = Scene(Layer("cat", 100.0, way), "tissue", 11)
+    clip, truth = scene.sequence(), homographies(scene, scene.target, 10.0)
+    tracker = PlaneESM(blurs=(5,))
+    state = tracker.init(clip.frames[0], clip.truth[0], np.random.default_rng(0))
+    start = moved(truth, np.array([0.02, -0.02, 0.02, 0.02]), np.ones(2))
+    found, _ = tracker.refine(state, clip.frames[10], start)
+    assert corner_error(found, truth) < 0.5

@@ -29,7 +29,7 @@ from mkt.scenes.rendering import Frames, Layer, Scene, homographies, regions
 from mkt.servoing import planes
 from mkt.servoing.features import Camera
 from mkt.trackers.homography import PlaneSSD, felt
-from mkt.trackers.homography_ecc import PlaneECC
+from mkt.trackers.homography_esm import PlaneESM
 from mkt.types import Array, Frame, Region
 
 RGB = ColorBins("rgb", (5, 5, 5))
@@ -166,9 +166,9 @@ def aligned(kind: str, seed: int, start: Array) -> dict[str, Array]:
     """Where kernels and pixels end from a start (3, 3), learnt in the first frame."""
     first, region, frame, _ = look(kind, seed)
     rng = np.random.default_rng(seed)
-    ssd, ecc = PlaneSSD(), PlaneECC()
+    ssd, esm = PlaneSSD(), PlaneESM()
     by_kernels, _, _ = ssd.refine(ssd.init(first, region, rng), ssd.bins(frame), start)
-    by_pixels, _ = ecc.refine(ecc.init(first, region, rng), frame, start)
+    by_pixels, _ = esm.refine(esm.init(first, region, rng), frame, start)
     return {"kernels": by_kernels, "pixels": by_pixels}
 
 
@@ -238,8 +238,8 @@ def _draw_shares(ax: Axes, errors: dict[str, Array]) -> None:
     """The share of scenes below an error, for both methods."""
     for name, values in errors.items():
         label = f"{name}: {np.mean(values < GOAL):.0%}"
-        ax.ecdf(np.clip(values, 0.1, 100), color=COLORS[name], lw=2.5, label=label)
+        ax.ecdf(np.clip(values, 0.01, 100), color=COLORS[name], lw=2.5, label=label)
     ax.axvline(GOAL, color="0.3", ls=":")
-    ax.set(xscale="log", xlim=(0.1, 100), ylim=(0, 1.02))
+    ax.set(xscale="log", xlim=(0.02, 100), ylim=(0, 1.02))
     ax.set(xlabel="error of the corners [px]", ylabel="share of 32 scenes")
     ax.legend(loc="upper left", title=f"within {GOAL:g} px")
