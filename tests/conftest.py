@@ -34,8 +34,11 @@ def pytest_configure(config):
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def pytest_sessionstart():
-    """Forget what was computed before a fault was planted: mutmut's tests are forks."""
+def pytest_runtest_setup():
+    """Forget what was computed before a fault was planted: mutmut's tests are forks.
+
+    And what other tests have kept, or only the first of them would seem to use it.
+    """
     if "MUTANT_UNDER_TEST" in os.environ:
         for thing in gc.get_objects():
             if isinstance(thing, functools._lru_cache_wrapper):

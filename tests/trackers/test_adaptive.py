@@ -11,12 +11,19 @@ from mkt.colors import BinImage, ColorBins, JointHSV
 from mkt.evaluation import overlap
 from mkt.histograms import coefficient
 from mkt.papers.nummiaro2003.claims import student, traffic
-from mkt.particles import EllipseMotion
+from mkt.particles import EllipseMotion, covariance
 from mkt.regions import warp
 from mkt.scenes.paths import standing
 from mkt.scenes.rendering import Layer, Scene, render
 from mkt.trackers import appearance
-from mkt.trackers.adaptive import INITIALISING, TRACKING, Adaptive, equivalent_rho
+from mkt.trackers.adaptive import (
+    INITIALISING,
+    TRACKING,
+    Adaptive,
+    as_regions,
+    equivalent_rho,
+    upright,
+)
 from mkt.trackers.detector import moving
 from mkt.trackers.ellipses import Disc
 from mkt.tracking import track
@@ -314,3 +321,215 @@ def test_the_update_helps_where_the_view_changes_and_hurts_where_only_the_scale_
     alpha = Adaptive().alpha
     assert mean("hits", alpha, True) > mean("hits", 0.0, True) + 0.2
     assert mean("scale", alpha, False) > mean("scale", 0.0, False)
+
+
+# One frame, quantity by quantity.
+QUIET = EllipseMotion(position=0.0, velocity=0.0, axes=0.0, growth=0.0)
+TURNED = np.array([110.0, 110.0, 0.5, 40.0, 20.0])
+
+
+@pytest.mark.parametrize("field", ["n", "sigma"])
+def test_without_samples_or_spread_it_is_refused(field):
+    with pytest.raises(ValueError, match=field):
+        Adaptive(**{field: 0})
+
+
+@given(st.floats(-3, 3), st.floats(5, 60), st.floats(5, 60))
+def test_the_upright_ellipse_touches_the_box_of_the_turned_one(theta, hx, hy):
+    angle = np.linspace(0, 2 * np.pi, 721)
+    outline = warp(
+        [[100, 90, theta, hx, hy]], np.stack([np.cos(angle), np.sin(angle)], 1)
+    )
+    region = upright(np.array([100, 90, theta, hx, hy]))
+    assert region[:3].tolist() == [100, 90, 0]
+    assert region[3:] == pytest.approx(np.abs(outline[0] - [100, 90]).max(0), rel=1e-3)
+
+
+def test_a_start_by_hand_has_equal_particles_at_rest_and_no_target_behind():
+    tracker, frame = Adaptive(n=20, motion=QUIET), render(SCENE, 0)
+    state = tracker.init(frame, TURNED, np.random.default_rng(0))
+    box = upright(TURNED)
+    for particle in state.particles:
+        assert particle == pytest.approx([110, 110, 0, 0, *box[3:], 0])
+    assert (state.weights == 1 / 20).all() and (state.region == box).all()
+    assert state.mode == TRACKING and state.missing == 0
+    image, axes = tracker.bins(frame), box[3:]
+    apart, all_of_it = (
+        appearance.background(tracker.disc, image, axes, where) for where in (box, None)
+    )
+    np.testing.assert_array_equal(state.background, apart)
+    assert len(apart) < len(all_of_it)
+    assert state.limit == appearance.threshold(apart, state.model.q)
+
+
+def test_who_waits_has_particles_of_one_shape_at_rest():
+    tracker, frame = Adaptive(n=50), render(SCENE, 0)
+    model = tracker.learn(frame, TURNED)
+    state = tracker.expect(frame, model, np.random.default_rng(0))
+    x, y, vx, vy, hx, hy, va = state.particles.T
+    assert not vx.any() and not vy.any() and not va.any() and np.ptp(hx) > 1
+    assert hx / hy == pytest.approx(model.half_axes[0] / model.half_axes[1])
+    sides = [hx.mean(), hy.mean()]
+    assert state.region == pytest.approx([x.mean(), y.mean(), 0, *sides])
+    assert state.mode == INITIALISING and state.missing == 0
+
+
+@given(st.floats(0.05, 1), st.floats(0, 1), st.floats(0, 1))
+def test_two_weights_have_the_printed_ratio(sigma, first, second):
+    """(10): exp(-d^2 / (2 sigma^2)) with d^2 = 1 - rho."""
+    assume(abs(first - second) < 100 * sigma**2)
+    a, b = Adaptive(sigma=sigma).weigh(np.array([first, second]))
+    expected = (first - second) / (2 * sigma**2)
+    assert np.log(a / b) == pytest.approx(expected, abs=1e-6, rel=1e-6)
+
+
+def test_while_waiting_only_what_appears_has_weight():
+    tracker = Adaptive(n=60, zones=("anywhere",), b=0.0)
+    model = tracker.learn(render(SCENE, 20), SCENE.sequence().truth[20])
+    before = tracker.expect(render(SCENE, 20), model, np.random.default_rng(0))
+    after, info = tracker.step(before, render(SCENE, 20), np.random.default_rng(1))
+    image = tracker.bins(render(SCENE, 20))
+    rho = tracker.observe(image, after.particles, model)
+    np.testing.assert_array_equal(after.weights > 0, rho > before.limit)
+    assert 0 < info["positives"] < 60 and info["mode"] == TRACKING
+    assert after.missing == 0
+
+
+def one_step(tracker):
+    """The state before and after a frame of tracking, and the info."""
+    truth, rng = SCENE.sequence().truth[0], np.random.default_rng(0)
+    before = tracker.init(render(SCENE, 0), truth, rng)
+    after, info = tracker.step(before, render(SCENE, 1), rng)
+    return before, after, info
+
+
+def test_what_is_learnt_moves_the_limit_of_the_next_frame():
+    before, after, info = one_step(Adaptive(n=40, alpha=0.5, rho_min=0.0))
+    assert info["updated"] and info["threshold"] == before.limit
+    assert not np.array_equal(after.model.q, before.model.q)
+    np.testing.assert_array_equal(info["model"], after.model.q)
+    assert after.limit == appearance.threshold(after.background, after.model.q)
+    assert after.limit != before.limit
+
+
+def test_what_is_not_learnt_leaves_model_and_limit():
+    before, after, info = one_step(Adaptive(n=40, alpha=0.0))
+    assert not info["updated"] and after.limit == before.limit
+    assert after.model is before.model
+
+
+def test_the_report_of_a_frame_is_that_of_its_mean_state():
+    tracker = Adaptive(n=40, alpha=0.0)
+    _, after, info = one_step(tracker)
+    image = tracker.bins(render(SCENE, 1))
+    p = tracker.disc.histograms(image, info["region"][None])[0]
+    rho = float(coefficient(p, after.model.q))
+    assert info["rho"] == pytest.approx(rho, abs=1e-6) and 0.5 < rho < 1
+    assert info["distance"] == pytest.approx(np.sqrt(1 - rho), abs=1e-6)
+    assert not info["lost"] and info["mode"] == TRACKING
+    regions, weights = as_regions(after.particles), after.weights
+    np.testing.assert_array_equal(info["particles"], regions)
+    np.testing.assert_array_equal(info["weights"], weights)
+    assert info["n_eff"] == pytest.approx(1 / np.sum(weights**2))
+    spread = covariance(regions, weights, info["region"])
+    np.testing.assert_allclose(info["covariance"], spread)
+
+
+def test_who_waits_reports_that_nothing_is_seen():
+    tracker = Adaptive(n=40, zones=("borders",), b=1.0)
+    model = tracker.learn(render(SCENE, 0), SCENE.sequence().truth[0])
+    state = tracker.expect(render(SCENE, 0), model, np.random.default_rng(0))
+    after, info = tracker.step(state, render(SCENE, 1), np.random.default_rng(1))
+    assert info["lost"] and info["distance"] == 1 and np.isnan(info["rho"])
+    assert info["updated"] is False and info["mode"] == INITIALISING
+    assert after.missing == 0 and after.limit == state.limit
+
+
+@pytest.mark.parametrize("half_axes", [(20.0, 10.0), (0.5, 30.0)])
+def test_the_background_is_looked_at_on_a_grid_of_its_own_size(half_axes):
+    """From the first pixel on, every so many half axes, and not closer than a pixel."""
+    image = BinImage(np.zeros((60, 80), np.uint8), 3)
+    looked = []
+
+    class Watching(Disc):
+        def histograms(self, image, regions):
+            looked.append(regions)
+            return super().histograms(image, regions)
+
+    appearance.background(Watching(), image, np.array(half_axes))
+    columns, rows = (np.unique(looked[0][:, k]) for k in (0, 1))
+    for places, side, half in zip((columns, rows), (80, 60), half_axes, strict=True):
+        between = max(appearance.EVERY * half, 1)
+        np.testing.assert_allclose(places, np.arange(0, side, between))
+    assert len(looked[0]) == len(columns) * len(rows)
+    assert (looked[0][:, 2:] == (0, *half_axes)).all()
+
+
+def test_the_background_begins_where_two_ellipses_touch():
+    """Half axes 20 and 10 round a target of 30 and 20: 50 along x and 30 along y."""
+    image = BinImage(np.zeros((240, 320), np.uint8), 3)
+    target, halves = np.array([160.0, 120.0, 0, 30.0, 20.0]), np.array([20.0, 10.0])
+    looked = []
+
+    class Watching(Disc):
+        def histograms(self, image, regions):
+            looked.append(regions)
+            return super().histograms(image, regions)
+
+    appearance.background(Watching(), image, halves, target)
+    off = (looked[0][:, :2] - target[:2]) / (50, 30)
+    r = np.hypot(*off.T)
+    assert 1 < r.min() < 1.2
+
+
+def test_samples_along_the_borders_lie_in_a_band_of_the_target_s_own_width():
+    rng, halves = np.random.default_rng(1), np.array([20.0, 5.0])
+    x, y = appearance.place(("borders",), (240, 320, 3), halves, 4000, rng).T
+    assert x.min() >= 0 and y.min() >= 0 and x.max() <= 319 and y.max() <= 239
+    wide, high = appearance.BAND * halves
+    upright_band = (x <= wide) | (x >= 319 - wide)
+    level_band = (y <= high) | (y >= 239 - high)
+    assert (upright_band | level_band).all()
+    beside = upright_band & ~level_band  # of 240 px of border on either side
+    assert beside.mean() == pytest.approx(240 / 560, abs=0.04)
+    deep = np.minimum(x, 319 - x)[beside]
+    assert deep.max() > 0.95 * wide and deep.min() < 0.05 * wide
+
+
+def test_samples_anywhere_are_on_the_image():
+    rng = np.random.default_rng(2)
+    places = appearance.place(("anywhere",), (2, 3), np.ones(2), 4000, rng)
+    assert places.min() >= 0 and (places.max(0) <= (2, 1)).all()
+    assert places.max(0) == pytest.approx([2, 1], abs=0.01)
+    assert places.min(0) == pytest.approx([0, 0], abs=0.01)
+
+
+# What moves.
+def blots(*boxes, frames=12):
+    """Still frames of grey with noise; in the last one squares stand somewhere."""
+    rng = np.random.default_rng(0)
+    shown = [rng.normal(120, 2, (90, 120, 3)) for _ in range(frames)]
+    for x, y, w, h in boxes:
+        shown[-1][y : y + h, x : x + w] = 250
+    return [np.clip(frame, 0, 255).astype(np.uint8) for frame in shown]
+
+
+def test_what_moves_is_listed_the_largest_first():
+    found = moving(blots((10, 10, 14, 14), (60, 40, 30, 24)))
+    assert found.shape == (2, 5)
+    np.testing.assert_allclose(found[0], (74.5, 51.5, 0, 15, 12), atol=1)
+    np.testing.assert_allclose(found[1], (16.5, 16.5, 0, 7, 7), atol=1)
+
+
+def test_two_frames_suffice_and_small_parts_are_noise():
+    frames = blots((60, 40, 30, 24), frames=2)
+    assert len(moving(frames)) == 1
+    (found,) = moving(frames)
+    area = round(4 * found[3] * found[4])
+    assert len(moving(frames, smallest=area - 60)) == 1
+    assert len(moving(frames, smallest=area + 1)) == 0
+
+
+def test_specks_are_removed_and_parts_of_one_object_are_joined():
+    frames = blots((20, 20, 1, 60), (60, 40, 12, 24), (75, 40, 12, 24))
+    assert len(moving(frames, smallest=20)) == 1

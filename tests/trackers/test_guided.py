@@ -11,11 +11,13 @@ from mkt.colors import ColorBins
 from mkt.evaluation import overlap
 from mkt.histograms import counts, learn
 from mkt.kernels import Kernels
+from mkt.particles import covariance, effective_sample_size
 from mkt.regions import displaced
 from mkt.scenes.rendering import Layer, Scene
 from mkt.trackers.close_up import close_up
 from mkt.trackers.gains import BOUNDS, first_light, followed, relit
-from mkt.trackers.guided import FULL_GRID, Guided
+from mkt.trackers.guided import FULL_GRID, Guided, Optimum
+from mkt.trackers.ssd import minimise
 
 BINS = ColorBins()
 CAR = Layer("car", 80.0, ((0.0, 159.5, 119.5, 0.2, 1.0),))
@@ -231,3 +233,235 @@ def test_a_close_up_shows_what_the_whole_frame_does(place, size, pitch):
     if pitch == 1:
         whole = counts(BINS(FRAME), kernels, region)
         np.testing.assert_array_equal(counts(image, kernels, region), whole)
+
+
+# The decisions of a frame, with ends of the optimiser that are given.
+def far(share):
+    """A region that is off the car by a share of its size."""
+    region = SPECIFICATION.sequence().truth[0]
+    return displaced(region, share * np.sqrt(region[3] * region[4]), 0)
+
+
+class Given(Guided):
+    """A tracker whose optimiser ends where it is told, and says where it began."""
+
+    def told(self, *ends):
+        object.__setattr__(self, "ends", list(ends))
+        object.__setattr__(self, "asked", [])
+        return self
+
+    def _closest(self, state, image, prior, start, free):
+        self.asked.append((start, free, prior))
+        return self.ends.pop(0)
+
+
+def told(*ends, **fields):
+    """A tracker of these ends, its state on the car's first frame, its prior there."""
+    tracker = Given(n=50, **fields).told(*ends)
+    state = tracker.init(FRAME, far(0), np.random.default_rng(0))
+    return tracker, state, tracker._prior(state)
+
+
+@pytest.mark.parametrize(
+    "away, distance, other, taken",
+    [
+        (1.0, 0.4, 0.46, 1),  # .16 + 1 / 18 against .2116
+        (0.63**0.5, 0.4, 0.45, 0),  # .16 + .63 / 18 against .2025
+        (0.0, 0.4, 0.4, 0),
+    ],
+)
+def test_among_optima_the_sum_of_both_terms_decides(away, distance, other, taken):
+    """O(x) of nine kernels is 18 d^2, and the prior comes to it."""
+    ends = Optimum(far(away), distance, 3), Optimum(far(0), other, 4)
+    tracker, state, prior = told(*ends)
+    found = tracker._optimum(state, None, prior, [far(0), far(0)])
+    assert found.distance == ends[taken].distance and found.steps == 7
+    np.testing.assert_array_equal(found.region, ends[taken].region)
+
+
+def test_after_a_sure_optimum_no_further_start_is_tried():
+    ends = [Optimum(far(0), d, 2) for d in (0.31, 0.29, 0.1)]
+    tracker, state, prior = told(*ends)
+    found = tracker._optimum(state, None, prior, [far(0)] * 3)
+    assert found.distance == 0.29 and found.steps == 4 and len(tracker.ends) == 1
+
+
+def test_at_the_limit_itself_the_target_is_not_yet_found():
+    tracker, state, prior = told(*[Optimum(far(0), 0.3, 2)] * 2)
+    assert tracker._optimum(state, None, prior, [far(0)] * 2).steps == 4
+
+
+@pytest.mark.parametrize(
+    "free, held, turned", [(0.5, 0.6, True), (0.51, 0.6, False), (0.5, 0.5, False)]
+)
+@pytest.mark.parametrize("before", [True, False])
+def test_a_turn_must_bring_its_share_of_the_squared_distance(
+    free, held, turned, before
+):
+    """.25 is below .7 * .36, and .2601 is not."""
+    known, other = (free, held) if before else (held, free)
+    tracker, state, prior = told(Optimum(far(0.1), other, 3))
+    state = state._replace(turned=before)
+    best, believed = tracker._turned(state, None, prior, Optimum(far(0), known, 4))
+    assert believed == turned and best.steps == 7
+    assert best.distance == (free if turned else held)
+    assert tracker.asked[0][1] == (not before)
+
+
+@pytest.mark.parametrize("distance, taken", [(0.24, True), (0.25, False)])
+def test_a_start_anywhere_knows_no_place(distance, taken):
+    end, known = Optimum(far(3), distance, 3), Optimum(far(0), 0.5, 4)
+    tracker, state, prior = told(end)
+    found, under = tracker._anywhere(state, None, prior, known, far(3))
+    assert found.steps == 7 and found.distance == (distance if taken else 0.5)
+    assert (tracker.asked[0][2].weights == (0, 0, 0, 5)).all()
+    assert (under.weights == ((0, 0, 0, 5) if taken else (1, 1, 0, 5))).all()
+
+
+def test_the_prior_is_where_the_target_goes_and_widens_in_doubt():
+    tracker, state, _ = told()
+    state = state._replace(velocity=np.array([6.0, -2.0]))
+    for missed, place in (0, 1.0), (4, 0.5):
+        prior = tracker._prior(state._replace(missed=missed))
+        np.testing.assert_allclose(prior.region - state.region, (6, -2, 0, 0, 0))
+        np.testing.assert_allclose(prior.weights, (place, place, 0, 5))
+
+
+class Watched(Guided):
+    """A tracker that keeps where its optimiser may start."""
+
+    def _optimum(self, state, image, prior, starts):
+        self.kept.append((image, prior, list(starts)))
+        return super()._optimum(state, image, prior, self.kept[-1][2])
+
+    def _anywhere(self, state, image, prior, known, start):
+        self.kept.append(start)
+        return super()._anywhere(state, image, prior, known, start)
+
+
+def test_it_starts_where_particles_are_alike_and_near():
+    """Ranked by likeness minus the prior's cost; anywhere, by the likeness alone."""
+    tracker = Watched(n=60, starts=3, found=-1.0, place=9.0)
+    object.__setattr__(tracker, "kept", [])
+    state = tracker.init(FRAME, far(0), np.random.default_rng(0))
+    state = state._replace(velocity=np.array([15.0, 0.0]))
+    regions = tracker.motion.predict(state.particles, np.random.default_rng(7)).regions
+    tracker.step(state, FRAME, np.random.default_rng(7))
+    (image, prior, starts), anywhere = tracker.kept
+    likeness = state.coarse.coefficients(image, regions).mean(-1)
+    ranked = np.argsort(-(likeness - prior.cost(regions) / 18))[:3]
+    np.testing.assert_array_equal(starts, [prior.region, *regions[ranked]])
+    np.testing.assert_array_equal(anywhere, regions[np.argmax(likeness)])
+    assert ranked[0] != np.argmax(likeness)  # or the prior would not be seen
+
+
+def test_what_is_reported_of_the_particles_follows_from_their_likeness():
+    for before, frame, _, info in steps(Guided(n=50), replace(SPECIFICATION, length=3)):
+        image = Guided().bins(relit(frame, before.light.gains))
+        rho = before.coarse.coefficients(image, info["particles"]).mean(-1)
+        np.testing.assert_allclose(info["weights"], rho / rho.sum(), rtol=1e-4)
+        size = effective_sample_size(info["weights"])
+        assert info["n_eff"] == pytest.approx(size) and 1 < size <= 50
+        spread = covariance(info["particles"], info["weights"], info["region"])
+        np.testing.assert_allclose(info["covariance"], spread)
+
+
+def test_a_hidden_target_goes_on_by_nine_tenths_of_its_velocity():
+    tracker = Guided(n=50, hidden_above=-1.0)
+    state = tracker.init(FRAME, far(0), np.random.default_rng(0))
+    state = state._replace(velocity=np.array([10.0, -5.0]))
+    _, info = tracker.step(state, FRAME, np.random.default_rng(1))
+    np.testing.assert_allclose(info["region"] - state.region, (9, -4.5, 0, 0, 0))
+
+
+def test_frames_in_doubt_are_counted_and_light_is_followed_in_others():
+    change = ((0.0, 1.0, 1.0, 1.0), (1.0, 0.8, 0.8, 0.8))
+    scene = replace(SPECIFICATION, light=change, length=4)
+    *_, (_, _, doubting, _) = steps(Guided(n=50, doubtful=-1.0, found=-1.0), scene)
+    *_, (_, _, sure, _) = steps(Guided(n=50, doubtful=2.0, found=2.0), scene)
+    assert (doubting.missed, sure.missed) == (3, 0)
+    assert (doubting.light.gains == 1).all() and (sure.light.gains < 0.95).all()
+
+
+def test_the_optimiser_trusts_kernels_by_their_likeness_and_holds_what_is_known():
+    """A post hides a third of the car: what it hides does not pull."""
+    tracker, state, prior = Guided(n=50), *told()[1:]
+    hidden = FRAME.copy()
+    hidden[:, 175:230] = 128
+    image = tracker.bins(hidden)
+    here, free = tracker._closest(state, image, prior, far(0.1), True).region, [0, 0]
+    for robust in (False, True):
+        free[robust] = minimise(
+            state.fine, image, far(0.1), 5, robust=robust, prior=prior
+        )[0]
+    np.testing.assert_array_equal(here, free[True])
+    assert not np.allclose(free[True], free[False])
+    held = tracker._closest(state, image, prior, displaced(far(0.1), dtheta=0.3), False)
+    assert held.region[2] == state.first[2]
+
+
+@pytest.mark.parametrize("field", ["n", "steps"])
+def test_without_particles_or_steps_it_is_refused(field):
+    with pytest.raises(ValueError, match=field):
+        Guided(**{field: 0})
+
+
+# Close-ups on a smaller scale.
+def halves(border, axis):
+    """A frame that is red before a border along an axis, and blue from there on."""
+    frame = np.zeros((240, 320, 3), np.uint8)
+    places = np.indices(frame.shape[:2])[axis]
+    frame[..., 0], frame[..., 2] = 255 * (places < border), 255 * (places >= border)
+    return frame
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("pitch", [1, 2, 3, 5])
+def test_a_close_up_knows_where_it_lies(axis, pitch):
+    """A border of colours is found where it is in the frame, to a pixel of its own."""
+    frame = halves(117, axis)
+    region = np.array([[150.0, 115.0, 0.3, 24.0, 18.0]])
+    image = close_up(BINS, frame, np.ones(3), region, pitch)
+    labels = image.labels if axis else image.labels.T
+    red, *_, blue = BINS(frame).labels.ravel()
+    first = int(np.argmax(labels[0] == blue))
+    assert labels[0, 0] == red and first > 0
+    middle = image.origin[1 - axis] + pitch * first  # of the first pixel that is blue
+    assert image.pitch == pitch and abs(middle - 117) <= pitch
+    assert image.origin[axis] % 1 == (pitch - 1) / 2 % 1
+
+
+@given(
+    st.floats(30, 290), st.floats(30, 210), st.floats(4, 40), st.sampled_from([1, 3])
+)
+def test_a_close_up_has_room_for_an_optimiser_and_no_more(x, y, half, pitch):
+    """Once the largest size all round, and a little; cut at the frame."""
+    region = np.array([[x, y, 0.0, half, half / 2]])
+    image = close_up(BINS, FRAME, np.ones(3), region, pitch)
+    reach = np.hypot(half, half / 2) + np.sqrt(half * half / 2)
+    for k, (centre, side) in enumerate(((x, 320), (y, 240))):
+        first = image.origin[k] - (pitch - 1) / 2
+        last = first + pitch * image.shape[1 - k]
+        assert 0 <= first and last <= side
+        assert first <= max(centre - reach, 0)
+        assert last >= min(centre + reach, side) - pitch
+        assert first >= centre - reach - 2 * pitch - 1 or first == 0
+        assert last <= centre + reach + 2 * pitch + 1
+
+
+def test_several_regions_and_none_that_is_finite():
+    two = np.array([[100.0, 100, 0, 10, 10], [200.0, 150, 0, 20, 20], [np.nan] * 5])
+    image = close_up(BINS, FRAME, np.ones(3), two, 1)
+    first, last = image.origin, np.array(image.origin) + image.shape[::-1]
+    assert first[0] < 100 - 14 - 20 and last[0] > 200 + 28 + 20
+    assert first[1] < 100 - 14 - 20 and last[1] > 150 + 28 + 20
+    assert close_up(BINS, FRAME, np.ones(3), two[2:], 1).shape == FRAME.shape[:2]
+
+
+@pytest.mark.parametrize("place", [(-500.0, 120.0), (900.0, 120.0), (160.0, -400.0)])
+@pytest.mark.parametrize("pitch", [1, 4])
+def test_of_a_region_far_outside_some_pixels_of_the_border_are_left(place, pitch):
+    region = np.array([[*place, 0.0, 20.0, 20.0]])
+    image = close_up(BINS, FRAME, np.ones(3), region, pitch)
+    assert min(image.shape) >= 1 and min(image.origin) >= 0
+    assert image.origin[0] + pitch * image.shape[1] <= 320 + pitch

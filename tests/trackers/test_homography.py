@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 from mkt.colors import ColorBins, Joined
 from mkt.edges import EdgeBins
-from mkt.histograms import learn
+from mkt.histograms import distance, learn
 from mkt.homographies import corner_error, moved, of_regions, through
 from mkt.kernels import Kernels
 from mkt.regions import displaced, from_box
 from mkt.scenes.cards import card
 from mkt.scenes.rendering import Layer, Scene, homographies
-from mkt.trackers import ssd
+from mkt.trackers import homography, ssd
 from mkt.trackers.homography import (
     NEARLY,
     SHORT,
@@ -304,3 +304,108 @@ def test_what_lies_outside_the_frame_does_not_pull():
     start = moved(truth, np.array([0.02, -0.02, 0.02, 0.02]), np.ones(2))
     found, _ = tracker.refine(state, clip.frames[10], start)
     assert corner_error(found, truth) < 0.5
+
+
+# What kernels feel, what a camera could see, and what is reported.
+def test_the_jacobian_of_a_similarity_is_that_of_the_root_of_the_mean_distance():
+    """By the optimiser of chapter 4: d sqrt(q) over the root of the kernels."""
+    clip = card("base", 3).sequence()
+    image, region = RGB(clip.frames[0]), clip.truth[0]
+    target = learn(image, region, Kernels("3x3", samples=2400))
+    q, dq = ssd.differentiate(target, image, region)
+    seen = q > ssd.EMPTY
+    expected = dq[seen] / (2 * np.sqrt(q[seen])[:, None]) / 3
+    found = jacobian(target, image, of_regions(region), "similarity")
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    wider = jacobian(target, image, of_regions(region), "homography")
+    assert wider.shape == (len(expected), 8)
+    np.testing.assert_allclose(wider[:, :4], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "growth, seen", [(3.9, True), (4.1, False), (1 / 3.9, True), (1 / 4.1, False)]
+)
+def test_an_object_is_at_most_four_times_as_large_or_small(growth, seen):
+    here = moved(SEEN, np.array([0, 0, 0, np.log(growth)]), HALF_SIDES)
+    assert plausible(here, SEEN) == seen
+
+
+def test_a_plane_is_reported_with_its_own_aspect():
+    clip = card("base", 2).sequence()
+    for tracker in (PlaneSSD(), PlaneCombined(n=20)):
+        rng = np.random.default_rng(0)
+        state = tracker.init(clip.frames[0], clip.truth[0], rng)
+        _, info = tracker.step(state, clip.frames[0], rng)
+        np.testing.assert_allclose(info["region"], clip.truth[0], atol=1.5)
+        assert {"steps", "homography"} <= set(info) and info["steps"] >= 2
+
+
+def test_steps_of_all_passes_are_counted_and_the_last_pass_says_the_distance():
+    clip = card("base", 3).sequence()
+    tracker, rng = PlaneSSD(iterations=1), np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    image = tracker.bins(clip.frames[10])
+    found, d, steps = tracker.refine(state, image, state.homography)
+    assert steps == 2
+    coarse, fine = (t.coefficients(image, found[None])[0] for t in state.targets)
+    assert d == pytest.approx(float(distance(fine, -1)), abs=1e-3)
+    assert abs(d - float(distance(coarse, -1))) > 0.01
+
+
+def test_an_optimiser_of_planes_takes_as_many_steps_as_it_may_and_bounds_them(
+    monkeypatch,
+):
+    clip = card("base", 3).sequence()
+    image, start = RGB(clip.frames[0]), of_regions(clip.truth[0])
+    target = learn(image, clip.truth[0], Kernels("3x3", samples=1600))
+    large = np.array([2.0, -2.0, 0.1, -0.1, 0, 0, 0, 0])
+    monkeypatch.setattr(homography, "step_from", lambda *_: large)
+    bounded, place = np.array([0.5, -0.5, 0.1, -0.1, 0, 0, 0, 0]), start
+    for allowed in (1, 2, 3):
+        found, taken = minimise(target, image, start, allowed, "homography")
+        place = moved(place, bounded, target.kernels.half_sides)
+        np.testing.assert_allclose(found, place)
+        assert taken == allowed
+
+
+def test_a_step_trusts_each_kernel_of_a_plane_by_its_likeness():
+    """Grey over a part of the card: the kernels there have no word."""
+    clip = card("base", 3).sequence()
+    target = learn(RGB(clip.frames[0]), clip.truth[0], Kernels("3x3", samples=2400))
+    hidden = clip.frames[0].copy()
+    x, y = clip.truth[0][:2].astype(int)
+    hidden[:, x + 10 :] = 128
+    image, here = RGB(hidden), of_regions(clip.truth[0])
+    q, dq = ssd.differentiate(
+        target, image, here, columns=columns(target.kernels, "affine")
+    )
+    rho = np.sum(np.sqrt(q * target.q), -1)
+    expected = ssd.newton_step(q, dq, target.q, rho**8)
+    np.testing.assert_allclose(
+        step_from(target, image, here, "affine"), expected, rtol=1e-4, atol=1e-7
+    )
+    assert not np.allclose(expected, ssd.newton_step(q, dq, target.q), rtol=1e-2)
+
+
+def test_a_combination_on_planes_reports_its_particles_and_all_looks():
+    clip = card("base", 2).sequence()
+    tracker, rng = PlaneCombined(n=30), np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    _, info = tracker.step(state, clip.frames[1], rng)
+    assert 1 <= info["n_eff"] <= 30 and info["steps"] >= 2 and not info["lost"]
+    assert info["evaluations"] == 30 + 1 + info["steps"]
+    hidden = np.full_like(clip.frames[1], 128)
+    _, info = tracker.step(state, hidden, rng)
+    assert info["lost"] and info["steps"] == 0 and info["evaluations"] == 31
+
+
+@pytest.mark.parametrize("length", [1, 8])
+def test_a_combination_on_planes_scatters_over_one_to_eight_parameters(length):
+    tracker = PlaneCombined(n=5, spread=(0.1,) * length)
+    clip = card("base", 2).sequence()
+    state = tracker.init(clip.frames[0], clip.truth[0], np.random.default_rng(0))
+    assert state.offsets.shape == (5, length)
+    with pytest.raises(ValueError, match="spread"):
+        PlaneCombined(spread=(0.1,) * 9)
+    with pytest.raises(ValueError, match="n"):
+        PlaneCombined(n=0)
