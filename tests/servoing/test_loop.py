@@ -6,10 +6,11 @@ import control
 import numpy as np
 import pytest
 
+from mkt.servoing.features import error
 from mkt.servoing.law import AdaptiveGain
-from mkt.servoing.loop import Experiment, Servo, close_loop, view
+from mkt.servoing.loop import Experiment, Servo, _jittered, close_loop, view
 from mkt.servoing.poles import closed_loop
-from mkt.servoing.robot import OutOfSight, Workspace, circle, to_and_fro
+from mkt.servoing.robot import OutOfSight, Workspace, circle, move, to_and_fro
 from mkt.servoing.self_motion import OFF, RAW, Kalman
 from mkt.trackers.by_name import get
 from mkt.tracking import report
@@ -364,3 +365,88 @@ def test_until_lost_ends_at_nothing_but_a_target_out_of_sight():
 
     with pytest.raises(ValueError, match="not finite"):
         close_loop(Experiment(tracker=Broken(), frames=3), until_lost=True)
+
+
+# The edges of what is allowed, and what a step leaves.
+@pytest.mark.parametrize(
+    "fields", [{"patience": 1}, {"gain": 0}, {"delay": 0}, {"dof": 4}]
+)
+def test_the_smallest_that_makes_sense_is_allowed(fields):
+    assert Servo(**fields).init().missed == 0
+
+
+def test_a_target_without_area_is_refused():
+    with pytest.raises(ValueError, match="surface is 0; it must be a positive area"):
+        Servo(surface=0)
+
+
+def lost_after(frames, **fields):
+    """The state and command after some frames that see the target, and one that not."""
+    servo = Servo(**fields)
+    state, region = servo.init(), np.array([170.0, 110.0, 1.4, 45.0, 28.0])
+    for k in range(frames):
+        state, seen = servo.step(state, region + [2 * k, 0, 0, 0, 0])
+    return seen, *servo.step(state, region, lost=True)
+
+
+def test_a_lost_frame_keeps_twist_and_filter_until_patience_ends():
+    seen, state, command = lost_after(3, patience=2)
+    assert not seen.held and not command.held and state.missed == 1
+    np.testing.assert_array_equal(command.twist, seen.twist)
+    np.testing.assert_array_equal(command.estimated, seen.estimated)
+    assert seen.estimated.any() and np.isnan(command.measured).all()
+    assert state.error is None and state.filter.any()
+    _, state, command = lost_after(3, patience=1)
+    assert command.held and not command.twist.any()
+    assert not command.estimated.any() and not state.filter.any()
+
+
+def test_a_step_sees_the_target_unless_it_is_told_otherwise():
+    servo = Servo()
+    state, command = servo.step(servo.init(), np.array(servo.desired) + [9, 0, 0, 0, 0])
+    assert state.missed == 0 and command.twist.any() and not command.held
+
+
+@pytest.mark.parametrize("angle", ["theta", "alpha"])
+def test_the_measured_motion_is_that_of_the_chosen_angle(angle):
+    """The camera at rest: de/dt is the change of the error alone."""
+    servo = Servo(angle=angle, gain=0, filter=OFF)
+    first = np.array([159.5, 119.5, np.pi / 2 - 0.1, 50.0, 31.25])
+    state, before = servo.step(servo.init(), first)
+    _, after = servo.step(state, first + [5, 0, 0.1, 1, 1])
+    expected = error(after.error, before.error, angle) / servo.dt
+    np.testing.assert_allclose(after.measured, expected)
+    assert not after.estimated.any()
+
+
+def test_noise_of_perfect_regions_is_so_many_pixels_of_middle_and_outline():
+    """Of a disc of the same area: a point on it turns and moves out by as much."""
+    region, rng = np.array([100.0, 90.0, 0.4, 60.0, 30.0]), np.random.default_rng(0)
+    off = np.array([_jittered(region, 0.8, rng) for _ in range(4000)]) - region
+    radius = np.sqrt(4 * 60 * 30 / np.pi)
+    np.testing.assert_allclose(off[:, :2].std(0), 0.8, rtol=0.05)
+    np.testing.assert_allclose(off[:, 2].std() * radius, 0.8, rtol=0.05)
+    np.testing.assert_allclose(off[:, 3].std() / 60 * radius, 0.8, rtol=0.05)
+    np.testing.assert_allclose(off[:, 4] / 30, off[:, 3] / 60)
+    same = _jittered(region, 0.8, np.random.default_rng(1))
+    dx, dy, around, _ = 0.8 * np.random.default_rng(1).standard_normal(4)
+    np.testing.assert_allclose(same[:3] - region[:3], (dx, dy, around / radius))
+    np.testing.assert_array_equal(_jittered(region, 0.0, rng), region)
+
+
+def test_the_camera_starts_one_second_of_its_twist_away():
+    experiment = Experiment(path=STILL, start=(0.05, 0, 0, 0, 0, 0.3), frames=1)
+    run = close_loop(experiment)
+    wanted = experiment.workspace.facing(experiment.servo.desired, run.cars[0])
+    np.testing.assert_allclose(run.poses[0], move(wanted, experiment.start, 1.0))
+    assert run.times.tolist() == [0] and not run.lost.any()
+
+
+def test_the_first_frame_of_a_run_is_taken_at_rest():
+    experiment = Experiment(frames=3, start=(0.1, 0, 0, 0, 0, 0.5))
+    run = close_loop(experiment)
+    noise = np.random.default_rng((experiment.seed, 0))
+    first = experiment.workspace.frame(
+        run.poses[0], np.zeros(6), experiment.path, 0.0, noise
+    )
+    np.testing.assert_array_equal(view(experiment, run, 0), first)

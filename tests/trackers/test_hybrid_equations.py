@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mkt.histograms import coefficient, histograms
+from mkt.particles import covariance
 from mkt.scenes.rendering import Layer, Scene
 from mkt.trackers.hybrid_resampling import HybridResampling
 
@@ -167,3 +168,81 @@ def test_the_defaults_that_are_printed():
     tracker = HybridResampling()
     printed = (tracker.n, tracker.lam, tracker.inertial, tracker.gamma)
     assert printed == (200, 20.0, 0.5, 0.1)
+
+
+# What a frame reports, and what waiting leaves.
+def hidden_frames(n, **fields):
+    """States and infos of frames in which nothing is seen."""
+    tracker = replace(STILL, level=2.0, **fields)
+    state = began(tracker)._replace(velocity=np.array([4.0, -2.0]))
+    for k in range(1, n + 1):
+        before = state
+        state, info = tracker.step(before, CLIP.frames[k], np.random.default_rng(k))
+        yield tracker, before, state, info
+
+
+def test_while_it_waits_the_target_is_where_inertia_has_carried_it():
+    total = np.zeros(2)
+    for k, (_, before, after, info) in enumerate(hidden_frames(3, damping=0.5)):
+        total += np.array([4.0, -2.0]) * 0.5**k
+        moved = info["region"] - before.estimate
+        np.testing.assert_allclose(moved, [*total, 0, 0, 0], atol=1e-9)
+        assert info["lost"] and after.hidden == k + 1
+        np.testing.assert_array_equal(after.estimate, before.estimate)
+
+
+def test_while_it_waits_particles_go_on_and_weigh_the_same():
+    for _, before, after, info in hidden_frames(2):
+        np.testing.assert_array_equal(after.regions, info["particles"])
+        assert not np.array_equal(after.regions, before.regions)
+        np.testing.assert_allclose(after.weights, 1 / STILL.n)
+        np.testing.assert_array_equal(info["shares"], (1, 0, 0, 0))
+
+
+def test_the_distance_of_a_hidden_target_is_that_of_where_it_should_be():
+    for tracker, before, _, info in hidden_frames(2, damping=0.9):
+        k = before.hidden + 1
+        image = tracker.bins(CLIP.frames[k])
+        expected = float(before.target.distances(image, info["region"]))
+        assert info["distance"] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_spread_and_effective_size_are_those_of_the_particles_reported(hidden):
+    tracker = replace(STILL, level=2.0 if hidden else 0.0)
+    _, info = tracker.step(began(tracker), CLIP.frames[1], np.random.default_rng(1))
+    assert info["n_eff"] == pytest.approx(1 / np.sum(info["weights"] ** 2))
+    spread = covariance(info["particles"], info["weights"], info["region"])
+    np.testing.assert_allclose(info["covariance"], spread)
+
+
+@pytest.mark.parametrize("accept", ["always", "paper", "fresh", "metropolis"])
+@pytest.mark.parametrize("waiting", [False, True])
+@pytest.mark.parametrize("hidden", [False, True])
+def test_each_look_at_a_region_is_counted(accept, waiting, hidden):
+    """The old places are asked again by two tests, and not while the target is gone."""
+    tracker = replace(STILL, accept=accept, level=2.0 if hidden else 0.0)
+    state = began(tracker)._replace(hidden=int(waiting))
+    _, info = tracker.step(state, CLIP.frames[1], np.random.default_rng(1))
+    anew = accept in ("fresh", "metropolis") and not waiting
+    assert info["evaluations"] == 40 * (1 + anew) + (1 if hidden else 2)
+
+
+def test_likelihoods_have_the_sharpness_of_the_tracker():
+    """exp(-lam d^2): twice lam is the square."""
+    state, image = began(), STILL.bins(CLIP.frames[3])
+    places = state.regions + np.arange(STILL.n)[:, None] * (1, 0, 0, 0, 0)
+    once, twice = (
+        replace(STILL, lam=lam).likelihoods(state.target, image, places)
+        for lam in (10.0, 20.0)
+    )
+    np.testing.assert_allclose(twice, once**2, rtol=1e-5)
+
+
+def test_shares_that_sum_to_more_than_one_are_refused_with_their_sum():
+    with pytest.raises(ValueError, match=r"eta \+ gamma is 1\.2"):
+        HybridResampling(eta=0.5, gamma=0.7)
+    with pytest.raises(ValueError, match="gamma"):
+        HybridResampling(eta=0.5, gamma=-0.1)
+    with pytest.raises(ValueError, match="n is"):
+        HybridResampling(n=0)

@@ -5,13 +5,14 @@ They repeat themselves for a seed, and say that they are lost where they can.
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 from mkt.evaluation import errors, overlap
 from mkt.regions import from_box
 from mkt.scenes.rendering import Layer, Scene
-from mkt.trackers import by_name
+from mkt.trackers import by_name, opencv
 from mkt.trackers.opencv import MIL, CamShift, MeanShift
 from mkt.tracking import track
 
@@ -122,8 +123,142 @@ def test_a_box_that_cannot_be_learnt_is_refused(name, box, said):
 def test_particles_are_set_where_there_are_some():
     assert by_name.with_particles("pf-75", 40).n == 40
     assert by_name.with_particles("combined", 40).filter.n == 40
-    said = "'mil' has no particles; .* choose one of pf-1, pf-500"
+    assert by_name.with_particles("pf-75", 1).n == 1
+    able = "pf-1, pf-500, pf-75, combined, guided, adaptive, sir, pfhr"
+    said = f"'mil' has no particles; .* choose one of {able}$"
     with pytest.raises(ValueError, match=said):
         by_name.with_particles("mil", 40)
     with pytest.raises(ValueError, match="particles is 0"):
         by_name.with_particles("pf-75", 0)
+
+
+# The pieces of the wrappers.
+def flat(hue, shape=(120, 160), saturation=200, value=200):
+    """A plain frame of one hue (of 180), as RGB."""
+    hsv = np.full((*shape, 3), (hue, saturation, value), np.uint8)
+    return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
+
+
+def patch(frame, box, hue):
+    """The frame with a box (x, y, w, h) of another hue."""
+    x, y, w, h = box
+    other = frame.copy()
+    other[y : y + h, x : x + w] = flat(hue, (h, w))
+    return other
+
+
+@pytest.mark.parametrize(
+    "box, window",
+    [
+        ((20, 30, 40, 50), (20, 30, 40, 50)),
+        ((-10, -20, 40, 50), (0, 0, 30, 30)),
+        ((150, 110, 40, 50), (150, 110, 10, 10)),
+    ],
+)
+def test_a_window_is_the_part_of_the_box_in_the_image(box, window):
+    assert opencv._window(flat(60), from_box(box)) == window
+
+
+@pytest.mark.parametrize("box", [(-50, 10, 40, 40), (10, -50, 40, 40), (170, 10, 9, 9)])
+def test_a_box_beside_the_image_is_no_window(box):
+    with pytest.raises(ValueError, match=OUTSIDE):
+        opencv._window(flat(60), from_box(box))
+
+
+def test_the_mean_of_a_window_counts_what_lies_outside_as_nothing():
+    projection = np.full((50, 60), 255, np.uint8)
+    projection[:, 30:] = 51
+    assert opencv._mean(projection, (0, 0, 30, 20)) == 1
+    assert opencv._mean(projection, (20, 0, 20, 10)) == pytest.approx(0.6)
+    assert opencv._mean(projection, (0, 40, 30, 20)) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("quarters", [-2, -1, 0, 1, 2, 3])
+def test_of_four_descriptions_the_nearest_is_taken(quarters):
+    """A turn by a quarter exchanges the sides, by a half it does not."""
+    seen = np.array([80, 60, 0.1 - quarters * np.pi / 2, 30, 20])
+    expected = [20, 30] if quarters % 2 else [30, 20]
+    found = opencv._like(seen, 0.0)
+    np.testing.assert_allclose(found, [80, 60, 0.1, *expected], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", SHIFTS)
+def test_the_hues_learnt_are_those_inside_the_turned_region(name):
+    """Half of the box has the other hue; the scale is such that the most is 255."""
+    frame = patch(patch(flat(100), (40, 30, 40, 40), 20), (80, 30, 20, 40), 60)
+    region = from_box((40, 30, 60, 40))
+    hues = RIVALS[name].init(frame, region, None).hues
+    assert hues.shape == (16,) and hues[60 * 16 // 180] > 100
+    assert hues[20 * 16 // 180] == 255 and hues[100 * 16 // 180] < 25
+    tall = RIVALS[name].init(frame, from_box((-30, -20, 120, 100)), None).hues
+    assert tall[100 * 16 // 180] == 255
+
+
+def test_meanshift_moves_its_window_onto_the_hue_and_says_how_sure_it_is():
+    first, later = (patch(flat(100), (x, 40, 30, 30), 20) for x in (40, 48))
+    tracker = MeanShift()
+    state = tracker.init(first, from_box((40, 40, 30, 30)), None)
+    assert state.window == (40, 40, 30, 30) and state.first == pytest.approx(1)
+    state, info = tracker.step(state, later, None)
+    assert state.window[0] == pytest.approx(48, abs=2)
+    np.testing.assert_array_equal(info["region"], from_box(state.window))
+    np.testing.assert_array_equal(state.region, info["region"])
+    assert info["distance"] < 0.3 and not info["lost"]
+    half = patch(later, (48, 40, 30, 15), 100)
+    _, info = tracker.step(state, half, None)
+    assert 0.5 < info["distance"] < 0.8
+
+
+def test_camshift_finds_middle_turn_and_half_sides():
+    frame = patch(flat(100), (30, 40, 60, 24), 20)
+    tracker = CamShift()
+    state = tracker.init(frame, from_box((30, 40, 60, 24)), None)
+    state, info = tracker.step(state, frame, None)
+    x, y, theta, hx, hy = info["region"]
+    assert (x, y) == pytest.approx((59.5, 51.5), abs=1.5) and abs(theta) < 0.05
+    assert hx / hy == pytest.approx(60 / 24, rel=0.15)
+    assert 30 <= hx < 40  # the ellipse of the same moments is larger than the box
+    np.testing.assert_array_equal(state.region, info["region"])
+
+
+@pytest.mark.parametrize("pixels, known", [(50, True), (255, True), (40, False)])
+def test_pale_and_dark_pixels_have_no_hue(pixels, known):
+    tracker = MeanShift(s_min=45, v_min=45)
+    for color in ((20, pixels, 200), (20, 200, pixels)):
+        frame = flat(color[0], saturation=color[1], value=color[2])
+        hsv = cv2.cvtColor(frame, cv2.COLOR_RGB2HSV)
+        assert (tracker._colorful(hsv) > 0).all() == known
+
+
+def test_a_box_as_small_as_mil_can_learn_is_learnt():
+    frame = drive(length=2).frames[0]
+    for box in ((100, 100, 8, 20), (100, 100, 20, 8)):
+        state = MIL().init(frame, from_box(box), np.random.default_rng(0))
+        np.testing.assert_array_equal(state.region, from_box(box))
+    for box in ((100, 100, 7, 20), (100, 100, 20, 7)):
+        with pytest.raises(ValueError, match=f"{box[2]}x{box[3]} px"):
+            MIL().init(frame, from_box(box), np.random.default_rng(0))
+
+
+class Blind:
+    """A tracker of OpenCV's that finds nothing."""
+
+    def update(self, frame):
+        return False, (0, 0, 0, 0)
+
+
+def test_where_opencv_finds_nothing_mil_stays_and_says_so():
+    frame, rng = drive(length=2).frames[0], np.random.default_rng(0)
+    state = MIL().init(frame, from_box((100, 100, 30, 30)), rng)
+    after, info = MIL().step(state._replace(tracker=Blind()), frame, rng)
+    assert info["lost"]
+    np.testing.assert_array_equal(info["region"], state.region)
+    np.testing.assert_array_equal(after.region, state.region)
+    _, info = MIL().step(state, frame, rng)
+    assert not info["lost"]
+
+
+@pytest.mark.parametrize("bins", [0, 2.5])
+def test_hues_need_bins(bins):
+    with pytest.raises(ValueError, match="bins"):
+        MeanShift(bins=bins)

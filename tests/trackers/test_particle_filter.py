@@ -352,3 +352,40 @@ def test_the_occlusion_is_total(seed):
     assert (visibility[46:53] < 0.02).all()
     assert visibility[20] > 0.7
     assert visibility[-5:].min() > 0.5
+
+
+@pytest.mark.parametrize(
+    "field, value",
+    [
+        ("n", 0),
+        ("scheme", "lottery"),
+        ("combine", "product"),
+        ("lam", -1.0),
+        ("lam", np.inf),
+        ("lam", np.nan),
+    ],
+)
+def test_filters_that_cannot_be_are_refused(field, value):
+    with pytest.raises(ValueError, match=field):
+        ParticleFilter(**{field: value})
+
+
+def test_a_filter_may_weigh_all_alike_or_by_the_mean():
+    assert ParticleFilter(lam=0.0).lam == 0 and ParticleFilter(lam=0.5).lam == 0.5
+    assert ParticleFilter(combine="mean").combine == "mean"
+
+
+def test_the_mean_of_the_kernels_weighs_less_sharply_than_their_sum():
+    """Nine kernels: the logarithms of the weights differ by a factor of nine."""
+    clip = base(0).sequence()
+    image, region = ParticleFilter().bins(clip.frames[0]), clip.truth[0]
+    regions = region + np.arange(30)[:, None] * (0.5, 0, 0, 0, 0)
+    shapes = {}
+    for combine in ("sum", "mean"):
+        tracker = ParticleFilter(n=30, combine=combine, lam=2.0)
+        state = tracker.init(clip.frames[0], region, np.random.default_rng(0))
+        cloud = state.particles._replace(regions=regions)
+        weights = tracker.weigh(state.target, image, cloud)
+        shapes[combine] = np.log(weights / weights[0])
+    ratio = shapes["sum"][5:] / shapes["mean"][5:]
+    np.testing.assert_allclose(ratio, 9, rtol=1e-3)
