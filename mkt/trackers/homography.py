@@ -175,12 +175,14 @@ def _last_diagonal(triangle: Array, i: int) -> float:
 def plausible(homography: Array, first: Array) -> bool:
     """Whether a camera could see the object so, given how it was seen at first.
 
-    No corner is at the horizon, and the object is between a quarter and four times as
-    large at its middle.
+    No corner is at the horizon, and at its middle the object is at most four times as
+    large as then along any direction, and at least an eighth, which is a quarter of the
+    size at a tilt of 60 degrees.
     """
     depths = SQUARE @ homography[2, :2] + homography[2, 2]
-    now, then = (np.linalg.det(slope_at_middle(h)) for h in (homography, first))
-    return bool(depths.min() > NEAREST and 1 / 16 < now / then < 16)
+    now, then = (slope_at_middle(h) for h in (homography, first))
+    sizes = np.linalg.svd(now @ np.linalg.inv(then), compute_uv=False)
+    return bool(depths.min() > NEAREST and 1 / 8 < sizes[-1] and sizes[0] < 4)
 
 
 class PlaneState(NamedTuple):

@@ -323,10 +323,19 @@ def test_the_jacobian_of_a_similarity_is_that_of_the_root_of_the_mean_distance()
 
 
 @pytest.mark.parametrize(
-    "growth, seen", [(3.9, True), (4.1, False), (1 / 3.9, True), (1 / 4.1, False)]
+    "growth, seen", [(3.9, True), (4.1, False), (1 / 7.9, True), (1 / 8.1, False)]
 )
-def test_an_object_is_at_most_four_times_as_large_or_small(growth, seen):
+def test_an_object_is_at_most_four_times_as_large_and_eight_times_as_small(
+    growth, seen
+):
     here = moved(SEEN, np.array([0, 0, 0, np.log(growth)]), HALF_SIDES)
+    assert plausible(here, SEEN) == seen
+
+
+@pytest.mark.parametrize("stretch, seen", [(1.35, True), (1.45, False)])
+def test_an_object_is_not_drawn_out_to_a_needle(stretch, seen):
+    """By e^x along one axis and e^-x along the other: four times is ln 4 = 1.39."""
+    here = moved(SEEN, np.array([0, 0, 0, 0, stretch]), HALF_SIDES)
     assert plausible(here, SEEN) == seen
 
 
