@@ -57,3 +57,13 @@ def test_a_figure_is_in_the_page_itself():
     assert slides._picture("teuliere2009.fig1").startswith(
         "data:image/png;base64,iVBOR"
     )
+
+
+def test_a_drawn_formula_does_not_make_a_short_text_a_long_one(monkeypatch):
+    """Chapter 14 asks one line with a formula in it; chapter 4 has a long answer."""
+    monkeypatch.setattr(slides, "_picture", lambda name: "")
+    fair, ssd = (slides.page(BOOK, slides.chosen(BOOK, [n])[0]) for n in (14, 4))
+    (asked,) = re.findall(
+        r'<section class="([^"]*)"[^>]*>\s*<h2>[^<]*every limit', fair
+    )
+    assert asked == "text" and 'class="text long"' in ssd
