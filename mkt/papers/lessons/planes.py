@@ -221,6 +221,7 @@ def basin(
 
 
 COLORS = {"kernels": CURRENT, "pixels": TRACKERS["ssd"]}
+WIDTHS = {"kernels": 5.0, "pixels": 1.5}  # where both end at one place, both are seen
 
 
 def _draw_start(ax: Axes, kind: str, seed: int, off: tuple[float, ...]) -> None:
@@ -231,7 +232,7 @@ def _draw_start(ax: Axes, kind: str, seed: int, off: tuple[float, ...]) -> None:
     draw_outline(ax, truth)
     draw_outline(ax, start, "0.4", lw=1.2, ls="--")
     for name, homography in aligned(kind, seed, start).items():
-        draw_outline(ax, homography, COLORS[name])
+        draw_outline(ax, homography, COLORS[name], lw=WIDTHS[name])
 
 
 def _draw_shares(ax: Axes, errors: dict[str, Array]) -> None:
@@ -242,4 +243,5 @@ def _draw_shares(ax: Axes, errors: dict[str, Array]) -> None:
     ax.axvline(GOAL, color="0.3", ls=":")
     ax.set(xscale="log", xlim=(0.02, 100), ylim=(0, 1.02))
     ax.set(xlabel="error of the corners [px]", ylabel="share of 32 scenes")
+    ax.xaxis.set_major_formatter("{x:g}")
     ax.legend(loc="upper left", title=f"within {GOAL:g} px")
