@@ -16,7 +16,7 @@ from mkt.kernels import Kernels
 from mkt.regions import displaced, from_box
 from mkt.scenes.cards import card
 from mkt.scenes.rendering import Layer, Scene, homographies
-from mkt.trackers import homography, ssd
+from mkt.trackers import homography, homography_esm, ssd
 from mkt.trackers.homography import (
     NEARLY,
     SHORT,
@@ -401,7 +401,8 @@ def test_a_combination_on_planes_reports_its_particles_and_all_looks():
     tracker, rng = PlaneCombined(n=30), np.random.default_rng(0)
     state = tracker.init(clip.frames[0], clip.truth[0], rng)
     _, info = tracker.step(state, clip.frames[1], rng)
-    assert 1 <= info["n_eff"] <= 30 and info["steps"] >= 2 and not info["lost"]
+    assert 1 <= info["n_eff"] <= 30 and info["steps"] >= 2
+    assert not info["lost"] and np.asarray(info["lost"]).dtype == bool
     assert info["evaluations"] == 30 + 1 + info["steps"]
     hidden = np.full_like(clip.frames[1], 128)
     _, info = tracker.step(state, hidden, rng)
@@ -418,3 +419,59 @@ def test_a_combination_on_planes_scatters_over_one_to_eight_parameters(length):
         PlaneCombined(spread=(0.1,) * 9)
     with pytest.raises(ValueError, match="n"):
         PlaneCombined(n=0)
+
+
+@pytest.mark.parametrize("allowed, taken", [(3, 3), (9, 5)])
+def test_esm_bounds_and_counts_its_steps_in_object_units(allowed, taken, monkeypatch):
+    """Of each pass; one is over after a step that is short, here the fifth."""
+    calls = []
+
+    def given(picture, seen):
+        calls.append(picture.shape)
+        size = 1e-4 if len(calls) % 5 == 0 else 1.0
+        return size * np.array([0.6, -0.7, 0.1, 0.02, 0, 0, 0, 0]), 0.25
+
+    monkeypatch.setattr(homography_esm, "esm_step", given)
+    clip = card("base", 3).sequence()
+    tracker = PlaneESM(iterations=allowed, blurs=(5,))
+    region = np.array([90.0, 80.0, 0.0, 20.0, 12.0])
+    state = tracker.init(clip.frames[0], region, np.random.default_rng(0))
+    found, correlation = tracker.refine(state, clip.frames[0], state.first)
+    sides, place = np.sqrt([20 / 12, 12 / 20]), state.first
+    for k in range(taken):
+        small = 1e-4 if k == 4 else 1.0
+        step = np.clip(small * np.array([0.6, -0.7, 0.1, 0.02]), -0.5, 0.5)
+        place = moved(place, step, sides)
+    np.testing.assert_allclose(found, place)
+    assert calls == [(24, 40)] * taken and correlation == 0.25
+
+
+def test_esm_says_how_alike_the_pictures_are():
+    clip = card("base", 3).sequence()
+    tracker, rng = PlaneESM(), np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    _, correlation = tracker.refine(state, clip.frames[4], state.first)
+    after, info = tracker.step(state, clip.frames[4], rng)
+    assert 0.9 < correlation < 1 and not info["lost"] and info["evaluations"] == 1
+    assert info["distance"] == pytest.approx(np.sqrt(1 - correlation))
+    np.testing.assert_array_equal(after.homography, info["homography"])
+
+
+def test_the_likeness_of_a_card_half_outside_is_that_of_the_other_half():
+    picture = waves(np.eye(3))
+    seen = picture.copy()
+    seen[:, :60] = np.nan
+    step, correlation = esm_step(picture, seen)
+    assert correlation == pytest.approx(1, abs=1e-5) and np.abs(step).max() < 1e-5
+    shifted = waves(moved(np.eye(3), np.array([-0.02]), HALF_SIDES))
+    shifted[:, :60] = np.nan
+    assert esm_step(picture, shifted)[0][0] == pytest.approx(0.02, abs=0.005)
+
+
+def test_a_small_object_is_kept_at_no_less_than_eight_pixels():
+    clip = card("base", 3).sequence()
+    region = np.array([90.0, 80.0, 0.0, 3.0, 2.0])
+    state = PlaneESM(blurs=(1,)).init(clip.frames[0], region, np.random.default_rng(0))
+    assert [picture.shape for picture in state.pictures] == [(8, 8)]
+    with pytest.raises(ValueError, match="iterations"):
+        PlaneESM(iterations=0)
