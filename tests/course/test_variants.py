@@ -1,10 +1,13 @@
 """A scene for each student, made of the name."""
 
+from pathlib import Path
+
 import nbformat
 import pytest
 
 from mkt.course.labs import notebooks, variants
 from mkt.course.labs.notebooks import of_role
+from mkt.course.labs.submissions import Submission, coincidences
 from mkt.course.labs.variants import NOBODYS, own_seed, seed_of, written_name
 from mkt.scenes.drawn import HELD_BACK, TUNING
 from tests.course.toy_lab import GOOD, answer, graded, hand_in, meta
@@ -59,6 +62,22 @@ def test_two_students_with_one_name_are_noted_and_one_whose_cell_is_broken_is_no
     rows = graded(toy / "in", toy / "grades.csv")
     said = {student: "the name in it" in row["note"] for student, row in rows.items()}
     assert said == {"anna": True, "ben": True, "cara": False, "dora": False}
+
+
+def test_a_whole_course_with_one_name_is_noted_in_one_line_each():
+    """As where nobody has changed an example; another lab of one's own is no twin."""
+    found = [
+        Submission(f"s{k}", lab, Path(f"s{k}/{lab}.ipynb"), sha256=f"{k}{lab}")
+        for k in range(6)
+        for lab in ("lab_1", "lab_3")
+    ]
+    names = dict.fromkeys((one.path for one in found), "Ada Lovelace")
+    noted = coincidences(found, names)
+    assert noted[Path("s0/lab_1.ipynb")] == [
+        "the name in it, 'Ada Lovelace', is also in "
+        "s1/lab_1.ipynb, s2/lab_1.ipynb, s3/lab_1.ipynb and 2 more"
+    ]
+    assert all(len(sentences) == 1 for sentences in noted.values())
 
 
 def test_a_name_that_cannot_be_read_is_none():

@@ -13,6 +13,7 @@ from pathlib import Path
 # What systems and nbgrader leave beside what was handed in.
 ASIDE = {"__pycache__", "__MACOSX", "timestamp.txt"}
 LARGEST = 50e6  # [bytes] of a notebook
+SHOWN = 3  # files that a sentence lists by name
 
 
 @dataclass(frozen=True)
@@ -152,23 +153,33 @@ def coincidences(
     """
     graded = [one for one in found if not one.trouble]
     return {
-        one.path: [
-            sentence
-            for other in graded
-            if other is not one
-            for sentence in _alike(one, other, names)
-        ]
+        one.path: _odd(one, [other for other in graded if other is not one], names)
         for one in graded
     }
 
 
-def _alike(one: Submission, other: Submission, names: Mapping[Path, str]) -> list[str]:
-    words = []
+def _odd(
+    one: Submission, others: list[Submission], names: Mapping[Path, str]
+) -> list[str]:
+    """The sentences about one submission beside the others."""
     written = names.get(one.path, "")
-    if one.student != other.student and written and written == names.get(other.path):
-        words.append(f"the name in it, {written!r}, is that in {other.path} too")
-    if one.sha256 == other.sha256:
-        words.append(f"the same file, byte for byte, as {other.path}")
-    if one.lab and (one.student, one.lab) == (other.student, other.lab):
-        words.append(f"there is another file of this lab by this student: {other.path}")
-    return words
+    of_lab = [other for other in others if one.lab and other.lab == one.lab]
+    named = [other for other in of_lab if written and names.get(other.path) == written]
+    alike = {
+        f"the name in it, {written!r}, is also in": [
+            other for other in named if other.student != one.student
+        ],
+        "the same file, byte for byte, as": [
+            other for other in others if other.sha256 == one.sha256
+        ],
+        "there is another file of this lab by this student:": [
+            other for other in of_lab if other.student == one.student
+        ],
+    }
+    return [f"{words} {_listed(found)}" for words, found in alike.items() if found]
+
+
+def _listed(found: list[Submission]) -> str:
+    """The first files of a list, and how many there are beyond these."""
+    more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
+    return ", ".join(str(one.path) for one in found[:SHOWN]) + more
