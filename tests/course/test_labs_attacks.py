@@ -4,6 +4,8 @@ import contextlib
 import os
 import queue
 import socket
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -179,6 +181,46 @@ def attack():
     until = time.monotonic() + 5
     while left := processes(mark):
         assert time.monotonic() < until, left
+
+
+CROWD = """
+import subprocess, sys
+def attack():
+    for _ in range({n}):
+        subprocess.Popen([sys.executable, "-c", {code!r}], stdin=subprocess.PIPE)
+    import time
+    time.sleep({wait})
+    return "done"
+"""
+FULL = "x = bytearray({size}); x[::4096] = b'1' * len(x[::4096]); print(); input()"
+
+
+@boxed
+def test_many_small_processes_may_not_take_all_memory_together(monkeypatch):
+    """Each is far below its own limit; what they take together ends the box."""
+    monkeypatch.setattr(sandbox, "TOGETHER", 600 * 2**20)
+    code = FULL.format(size=60 * 2**20)
+    with pytest.raises(TheirError, match=student.DIED):
+        in_the_box(CROWD.format(code=code, n=12, wait=90), limit=100)
+
+
+@boxed
+def test_a_few_processes_may_have_what_they_need(monkeypatch):
+    monkeypatch.setattr(sandbox, "TOGETHER", 900 * 2**20)
+    code = FULL.format(size=2**20)
+    assert in_the_box(CROWD.format(code=code, n=2, wait=1), limit=60) == "done"
+
+
+def test_the_memory_of_a_process_counts_all_that_it_has_started():
+    assert sandbox.used(os.getpid()) > 2**20
+    before = sandbox.used(os.getpid())
+    program = [sys.executable, "-c", FULL.format(size=100 * 2**20)]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen(program, **pipes) as child:
+        child.stdout.readline()
+        assert sandbox.used(os.getpid()) - before > 90 * 2**20
+        child.kill()
+    assert sandbox.used(child.pid) == 0
 
 
 def processes(mark):

@@ -6,10 +6,14 @@ the library can be read, and nothing can be written but a /tmp that vanishes.
 
 import os
 import shutil
+import subprocess
 import sys
+import time
+from contextlib import suppress
 from pathlib import Path
 
 import matplotlib
+import psutil
 
 from mkt.files import DATA, PACKAGE, ROOT
 
@@ -19,6 +23,8 @@ MISSING = (
 )
 GIGABYTE = 2**30
 MEMORY = 4 * GIGABYTE  # [bytes] of a process
+TOGETHER = 6 * GIGABYTE  # [bytes] of all that a process has started, and itself
+OFTEN = 0.2  # [s] between two looks at that
 PROCESSES = 64
 ROOM = GIGABYTE // 4  # [bytes] of all files in /tmp
 NOBODY = 65534
@@ -122,3 +128,25 @@ def limit() -> None:
         (resource.RLIMIT_CORE, 0),
     ):
         resource.setrlimit(kind, (most, most))
+
+
+def used(pid: int) -> int:
+    """The memory [bytes] of a process and all that it has started; 0 where it ended."""
+    total = 0
+    with suppress(psutil.Error):
+        first = psutil.Process(pid)
+        for process in (first, *first.children(recursive=True)):
+            with suppress(psutil.Error):
+                total += process.memory_info().rss
+    return total
+
+
+def watch(process: subprocess.Popen) -> None:
+    """End a process, and its box with it, when all in it take too much memory.
+
+    A limit of the system's is for each process, and there may be `PROCESSES` of them.
+    """
+    while process.poll() is None:
+        if used(process.pid) > TOGETHER:
+            process.kill()
+        time.sleep(OFTEN)

@@ -140,7 +140,10 @@ class Student:
                     self.run(cell)
 
     def launch(self) -> None:
-        """A process that waits for requests, and a thread that collects its answers."""
+        """A process that waits for requests.
+
+        One thread collects its answers, another looks at how much memory it takes.
+        """
         command = [sys.executable, "-m", "mkt.course.labs.accused"]
         self.process = subprocess.Popen(
             sandbox.boxed([*command, "boxed"]) if self.boxed else command,
@@ -153,10 +156,11 @@ class Student:
         self.pipe: Any = self.process.stdin
         self.answers: queue.Queue[bytes | None] = queue.Queue(1)
         self.functions: list[Callable] = []
-        collector = threading.Thread(
-            target=_collect, args=(self.process.stdout, self.answers), daemon=True
-        )
-        collector.start()
+        collector = self.process.stdout, self.answers
+        threading.Thread(target=_collect, args=collector, daemon=True).start()
+        threading.Thread(
+            target=sandbox.watch, args=(self.process,), daemon=True
+        ).start()
         if self.answers.get() is None:  # it greets, before it runs anything of theirs
             self.process = None
             raise OSError("the students' programs cannot be started here")
