@@ -255,10 +255,12 @@ def test_one_kernel_feels_no_turn_of_a_card_and_less_of_its_tilts_than_nine():
 
 
 def test_kernels_find_a_card_from_further_than_pixels():
+    """And pixels, where they find it, are several times as exact."""
     shown = numbers("own.basin")
-    assert shown["converged_kernels"].mean() > 0.95
-    assert shown["converged_pixels"].mean() < 0.5
+    found = shown["converged_pixels"]
+    assert shown["converged_kernels"].mean() > 0.95 and found.mean() < 0.85
     assert np.median(shown["kernels"]) < 1
+    assert np.median(shown["pixels"][found]) < np.median(shown["kernels"]) / 5
 
 
 def test_starts_are_as_far_off_as_they_say():
