@@ -290,6 +290,7 @@ def test_where_one_frame_is_seen_it_decides_and_where_none_is_nothing_does():
     assert np.isnan(true_positives(iou)[2])
 
 
+@pytest.mark.slow
 def test_a_tracker_that_never_fails_goes_on_as_in_a_track():
     """With the same frames and the same chance."""
     clip, tracker = Drawn("base", 1).sequence(), ParticleFilter(n=60)

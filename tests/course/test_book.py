@@ -239,6 +239,7 @@ def test_a_cell_that_python_cannot_read_is_named_too(tmp_path, nothing_known):
         run(trial)
 
 
+@pytest.mark.slow
 def test_a_chapter_that_takes_too_long_is_stopped(tmp_path, nothing_known):
     trial = chapter(tmp_path, cells("import time; time.sleep(60)"), timeout=5)
     with pytest.raises(
@@ -636,6 +637,7 @@ def test_every_page_has_the_script_of_the_panels(site, pages_of):
         assert any(url.startswith("_static/static_panel.js") for url in loads)
 
 
+@pytest.mark.slow
 def test_every_formula_is_drawn():
     formulas = [
         match

@@ -384,6 +384,7 @@ def test_numbers_beyond_the_memory_are_a_sentence():
         cli.run(broken(MemoryError()))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="names there are always Unicode")
 def test_a_name_that_is_not_utf_8_can_be_written_and_printed(tmp_path):
     name = os.fsencode(tmp_path) + b"/caf\xe9.csv"

@@ -16,6 +16,9 @@ from mkt.course.labs.notebooks import FOLDER
 from mkt.course.labs.student import Cell, Function, Student, TheirError
 from tests.course.toy_lab import GOOD, answer, graded, hand_in
 
+# Each starts students' programs; a quick loop leaves them out.
+pytestmark = pytest.mark.slow
+
 boxed = pytest.mark.skipif(sandbox.program() is None, reason="needs bubblewrap")
 WRONG = "def add(a, b):\n    return a - b\n\n\n"
 

@@ -8,6 +8,9 @@ import pytest
 from mkt.course.labs import grading
 from tests.course.toy_lab import GOOD, answer, graded, hand_in, meta, rows
 
+# Each starts students' programs; a quick loop leaves them out.
+pytestmark = pytest.mark.slow
+
 # One file of each kind that forty students hand in.
 STUBBORN = """\
 import signal

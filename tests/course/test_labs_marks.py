@@ -6,6 +6,9 @@ from mkt.course import cli
 from mkt.course.labs import table
 from tests.course.toy_lab import GOOD, answer, graded, hand_in
 
+# Each starts students' programs; a quick loop leaves them out.
+pytestmark = pytest.mark.slow
+
 
 def page(output, student):
     (path,) = (output.with_name("grades_pages") / student).glob("*.html")

@@ -81,6 +81,7 @@ def test_it_is_drawn_where_a_figure_has_a_choice_and_only_there(own):
         run("figure", "teuliere2009.fig6", "-o", "x.csv", *tracker)
 
 
+@pytest.mark.slow
 def test_it_stands_on_the_board(own, monkeypatch, capsys):
     few = partial(leaderboard.synthetic, processes=1, kinds=["base"])
     alone = partial(leaderboard.write_tracks, processes=1)

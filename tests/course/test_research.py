@@ -3,12 +3,14 @@
 import re
 
 import numpy as np
+import pytest
 
 from mkt.evaluation import overlap
 from mkt.files import ROOT
 from tests.own_video import films
 
 
+@pytest.mark.slow
 def test_every_piece_runs_and_finds_what_it_should(tmp_path, monkeypatch):
     text = (ROOT / "RESEARCH.md").read_text(encoding="utf-8")
     pieces = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

@@ -51,6 +51,7 @@ def test_at_least_three_labs_have_a_scene_for_each_student():
         assert {"my_number", "my_name"} <= {*of_role(labs[lab], "solution")}
 
 
+@pytest.mark.slow
 def test_two_students_with_one_name_are_noted_and_one_whose_cell_is_broken_is_not(toy):
     for student, notebook in {
         "anna": with_name("Anna", **GOOD),

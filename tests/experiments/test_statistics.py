@@ -55,6 +55,7 @@ def truth(draw):
     return np.concatenate([draw(rng) for _ in range(20_000)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "statistic, draw, least",
     [

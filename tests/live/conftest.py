@@ -75,7 +75,11 @@ def in_browser(browser):  # noqa: F811
     page.close()
 
 
-@pytest.fixture(scope="module", params=["browser", "node"])
+# The loop of somebody who changes a line takes node, where there is one.
+IN_BROWSER = pytest.param("browser", marks=pytest.mark.slow)
+
+
+@pytest.fixture(scope="module", params=[IN_BROWSER, "node"])
 def engine(request):
     """The engine as a reader gets it."""
     if request.param == "node" and not shutil.which("node"):

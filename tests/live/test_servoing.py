@@ -101,6 +101,7 @@ def all_over_the_image(engine):
     few(given(places)(lambda place: moves_alike(engine, place)))()
 
 
+@pytest.mark.slow
 def test_the_six_motions(loop):
     all_over_the_image(loop)
 

@@ -257,6 +257,7 @@ def test_a_loop_of_links_is_no_video(box, tmp_path, monkeypatch):
         run("loop.mkv", *box)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [b"\x1aE\xdf\xa3", b"RIFF", b"nonsense"])
 def test_what_is_no_video_is_said_by_us_alone(start, tmp_path):
     (tmp_path / "x.mkv").write_bytes(start + bytes(500))

@@ -542,6 +542,7 @@ def test_boxes_are_read_as_annotations_are(text, region):
 # The page
 
 
+@pytest.mark.slow
 def test_the_book_shows_a_finished_run_with_the_same_settings_as_the_panel(monkeypatch):
     live = Workbench().settings
     monkeypatch.setenv("MKT_STATIC", "1")

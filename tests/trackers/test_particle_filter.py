@@ -302,6 +302,7 @@ def scaled(scene, k):
     return replace(scene, target=target, size=size, zoom=k * scene.zoom)
 
 
+@pytest.mark.slow
 def test_noise_in_units_of_the_target_makes_the_resolution_irrelevant():
     """The same scene at twice the resolution scores within 2 points, over seeds."""
 
@@ -313,6 +314,7 @@ def test_noise_in_units_of_the_target_makes_the_resolution_irrelevant():
     assert abs(mean(1) - mean(2)) < 0.02
 
 
+@pytest.mark.slow
 def test_nine_kernels_tell_look_alikes_apart():
     """Nine kernels stay with the target, one histogram does less well.
 
@@ -332,6 +334,7 @@ def test_nine_kernels_tell_look_alikes_apart():
     assert np.mean([hits["camshift"], hits["meanshift"]]) < 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TRACKERS)
 def test_rotation_and_scale_are_followed(name):
     """Mean overlap of the rotated regions over seeds, 80 % and more with nine."""

@@ -184,6 +184,7 @@ def test_step_equals_that_of_a_numerical_jacobian():
     assert np.linalg.norm(step - expected) < 0.02 * np.linalg.norm(expected)
 
 
+@pytest.mark.slow
 def test_frozen_normaliser_makes_ssd_shrink():
     """Without the derivative of C the estimate shrinks under blur, over scenes.
 
