@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import urllib.parse
@@ -55,6 +56,23 @@ def test_what_the_links_for_servers_open_is_in_it(given):
         path = opened.removeprefix("lab/tree/").removeprefix("REPOSITORY/")
         assert (given / path).is_file(), link
     assert (given / ".binder" / "requirements.txt").is_file()
+
+
+def test_a_repository_made_of_it_has_the_labs(given, tmp_path):
+    """For Binder and nbgitpuller; what a session leaves is still no part of it."""
+    course = tmp_path / "course"
+    shutil.copytree(given, course)
+    (course / ".venv").mkdir()
+    (course / ".venv" / "pyvenv.cfg").write_text("")
+    git = ["git", "-C", str(course)]
+    for words in (["init", "-q"], ["add", "-A"]):
+        subprocess.run([*git, *words], check=True)
+    listed = subprocess.run([*git, "ls-files"], capture_output=True, text=True)
+    names = listed.stdout.split()
+    for title in notebooks.labs():
+        assert f"notebooks/handout/{title}.ipynb" in names
+    assert "mkt/__init__.py" in names and ".binder/postBuild" in names
+    assert not [name for name in names if name.startswith((".venv", ".github"))]
 
 
 @pytest.mark.slow

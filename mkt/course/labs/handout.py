@@ -13,7 +13,14 @@ from mkt.course.labs.notebooks import HANDOUT, release
 from mkt.files import ROOT
 
 # What a clone has and a student does not need, beside what git does not know.
-LEFT_OUT = ("tests", ".ci", "notebooks/labs", "notebooks/handout")
+LEFT_OUT = (
+    "tests",
+    ".ci",
+    ".github",
+    ".pre-commit-config.yaml",
+    "notebooks/labs",
+    "notebooks/handout",
+)
 README = """\
 # Multiple kernel tracking: the course
 
@@ -63,8 +70,16 @@ def write(folder: Path) -> list[Path]:
     labs = [path.name for path in release(folder / _inside(HANDOUT))]
     text = README.format(labs=_inside(HANDOUT), first=labs[0] if labs else "LAB")
     (folder / "README.md").write_text(text, encoding="utf-8")
+    _let_git_take_the_labs(folder / ".gitignore")
     shutil.make_archive(str(folder), "zip", folder.parent, folder.name)
     return [folder, archive]
+
+
+def _let_git_take_the_labs(ignored: Path) -> None:
+    """In a clone the released labs are nobody's but the reader's; here they are all."""
+    lines = ignored.read_text(encoding="utf-8").splitlines(keepends=True)
+    kept = [line for line in lines if line.strip("/\n") != _inside(HANDOUT)]
+    ignored.write_text("".join(kept), encoding="utf-8")
 
 
 def _inside(path: Path) -> str:
