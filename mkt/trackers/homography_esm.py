@@ -127,12 +127,14 @@ class PlaneESM:
             steps, short = 0, False
             while steps < self.iterations and not short:
                 seen = _seen(smooth, found, picture)
-                if np.isnan(seen).mean() > UNSEEN or not plausible(found, state.first):
+                if np.isnan(seen).mean() > UNSEEN:
                     return start, 0.0
                 step, correlation = esm_step(picture, seen)
                 bounded = np.clip(step, -LARGEST_STEP, LARGEST_STEP)
                 sides = np.array([state.aspect**0.5, state.aspect**-0.5])
                 found = moved(found, bounded, sides)
+                if not plausible(found, state.first):
+                    return start, 0.0
                 short = np.abs(step).max() < SHORT
                 steps += 1
         return found, correlation
