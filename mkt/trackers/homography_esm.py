@@ -124,6 +124,8 @@ class PlaneESM:
         """
         found, correlation = start, 0.0
         for picture, smooth in zip(state.pictures, self._smoothed(frame), strict=True):
+            h, w = picture.shape
+            sides = np.sqrt([w / h, h / w])
             steps, short = 0, False
             while steps < self.iterations and not short:
                 seen = _seen(smooth, found, picture)
@@ -131,7 +133,6 @@ class PlaneESM:
                     return start, 0.0
                 step, correlation = esm_step(picture, seen)
                 bounded = np.clip(step, -LARGEST_STEP, LARGEST_STEP)
-                sides = np.array([state.aspect**0.5, state.aspect**-0.5])
                 found = moved(found, bounded, sides)
                 if not plausible(found, state.first):
                     return start, 0.0

@@ -475,3 +475,20 @@ def test_a_small_object_is_kept_at_no_less_than_eight_pixels():
     assert [picture.shape for picture in state.pictures] == [(8, 8)]
     with pytest.raises(ValueError, match="iterations"):
         PlaneESM(iterations=0)
+
+
+def test_esm_steps_in_the_plane_of_its_picture_whatever_the_region_is():
+    """A sliver is kept as 8 px high: its plane is that of the picture, not its own."""
+    clip = card("base", 3).sequence()
+    x, y = clip.truth[0][:2]
+    region = np.array([x, y, 0.0, 24.0, 3.0])
+    tracker = PlaneESM(blurs=(1,), iterations=1)
+    state = tracker.init(clip.frames[0], region, np.random.default_rng(0))
+    (picture,) = state.pictures
+    assert picture.shape == (8, 48)
+    start = state.first + np.array([[0, 0, 0.4], [0, 0, 0.2], [0, 0, 0]])
+    (grey,) = tracker._smoothed(clip.frames[0])
+    step, _ = esm_step(picture, homography_esm._seen(grey, start, picture))
+    found, _ = tracker.refine(state, clip.frames[0], start)
+    by_hand = moved(start, np.clip(step, -0.5, 0.5), np.sqrt([48 / 8, 8 / 48]))
+    np.testing.assert_allclose(found, by_hand)
