@@ -1,23 +1,73 @@
 """Films in notebooks and in the book: `play` puts one inside the page.
 
-So neither a network nor a kernel is needed.  They are WebM with VP8, which browsers
+`drawn` makes the pictures of one from a figure.  Neither a network nor a kernel is
+needed to see it.  They are WebM with VP8, which browsers
 play and OpenCV can write by itself, at about one bit for each pixel of each picture.
 """
 
 import html
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import cast
 
 import cv2
+import numpy as np
 from IPython.display import HTML
+from matplotlib.artist import Artist
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from mkt.figures.data_uri import data_uri
+from mkt.plotting import in_style
 from mkt.sequences.writing import video_writer
 from mkt.types import Frame
 
 QUALITY = 85  # of the picture that stands there until the film is started
+
+
+def drawn(
+    fig: Figure, draw: Callable[[int], None], moments: Iterable[int]
+) -> Iterator[Frame]:
+    """The pictures of a film, each drawn on a figure that itself stays as it is.
+
+    Drawn anew is only what moves; the rest is restored from a background.
+
+    Parameters
+    ----------
+    fig : Figure
+        With what all pictures share.
+    draw : callable
+        Puts on its axes what belongs to a moment; titles may be set, too.
+    moments : iterable of int
+
+    Yields
+    ------
+    (H, W, 3) uint8 RGB array
+    """
+    canvas = cast(FigureCanvasAgg, fig.canvas)
+    with in_style():
+        canvas.draw()
+    background = canvas.copy_from_bbox(fig.bbox)
+    fixed = {artist for ax in fig.axes for artist in ax.get_children()}
+    for moment in moments:
+        canvas.restore_region(background)
+        # Not round the whole loop: between two pictures the caller may draw, too.
+        with in_style():
+            draw(moment)
+            moving = _moving(fig, fixed)
+            for artist in [*moving, *(ax.title for ax in fig.axes)]:
+                fig.draw_artist(artist)
+        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+        for artist in moving:
+            artist.remove()
+
+
+def _moving(fig: Figure, fixed: set[Artist]) -> list[Artist]:
+    """What was put on the axes, from below upwards."""
+    new = [each for ax in fig.axes for each in ax.get_children() if each not in fixed]
+    return sorted(new, key=lambda artist: artist.zorder)
 
 
 def play(frames: Iterable[Frame], fps: float, alt: str) -> HTML:

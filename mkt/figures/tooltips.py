@@ -75,7 +75,7 @@ WORDS = {
     "tree": "the width of the tree [px]",
     "turn": "clockwise rotation [degrees]",
     "turned": "how far the object has turned",
-    "turns": "whether the target comes to show other colours",
+    "van": "what becomes of it: it takes other colours, it turns, or neither",
     "wall": "where the middle of the wall is [px]",
     "width": "of the box, as a share of the picture",
     "x": "to the right [px]",

@@ -22,16 +22,24 @@ from mkt.scenes.paths import (
     way,
 )
 from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.textures import texture
 
 LENGTH = 150
-WIDTH = 64.0  # of the item [px]
+WIDTH, TALLEST = 64.0, 100.0  # of the item, and how high it may be [px]
 # Of the frame period: blur is not the question here, and a sharp frame renders at once.
 SHUTTER = 0.1
+PILLARS = "brick pillar", "stone pillar", "green pillar"
 KINDS = ("clutter", "passers", "pillars", "scale", "trajectory", "background")
 
 
 def _scene(target: Layer, ground: str, seed: int, **more) -> Scene:
     return Scene(target, ground, LENGTH, shutter=SHUTTER, seed=seed, **more)
+
+
+def _width(item: str) -> float:
+    """The width of an item [px], less where it would be too tall."""
+    height, width = texture(item).shape[:2]
+    return min(WIDTH, TALLEST * width / height)
 
 
 @SCENES.register("clutter")
@@ -44,10 +52,10 @@ def clutter(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     around = np.array([[-95, -60], [95, -65], [-90, 70], [100, 60]])
     places = MIDDLE + around + rng.normal(0, 12, (4, 2))
     behind = tuple(
-        Layer(item, WIDTH, standing(*place), hue=hue, shuffle=3)
+        Layer(item, _width(item), standing(*place), hue=hue, shuffle=3)
         for place, hue in zip(places, (0.0, 30.0, 160.0, 60.0), strict=True)
     )
-    target = Layer(item, WIDTH, wandering(rng, LENGTH, 25, 0.15))
+    target = Layer(item, _width(item), wandering(rng, LENGTH, 25, 0.15))
     camera = shaking(rng, LENGTH, 10, 0.12)
     return _scene(target, ground, seed, behind=behind, camera=camera)
 
@@ -67,8 +75,8 @@ def passers(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
         ends = np.array([0, LENGTH])
         across = way(ends, x + speed * (ends - frame), y)
         hue, shuffle = float(rng.choice([24, 40, 60])), int(rng.integers(1, 4))
-        front.append(Layer(item, 1.7 * WIDTH, across, hue=hue, shuffle=shuffle))
-    return _scene(Layer(item, WIDTH, path), ground, seed, front=tuple(front))
+        front.append(Layer(item, 1.7 * _width(item), across, hue=hue, shuffle=shuffle))
+    return _scene(Layer(item, _width(item), path), ground, seed, front=tuple(front))
 
 
 @SCENES.register("pillars")
@@ -87,12 +95,12 @@ def pillars(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
         rng.normal(0, 6, n),
         rng.normal(0, 0.01, n),
     )
-    grounds, frames = ("bricks", "tissue", "grass"), (35, 75, 115)
+    frames = (35, 75, 115)
     front = tuple(
         Layer(name, rng.uniform(1.5, 1.8) * WIDTH, way([0], *position(path, frame)))
-        for name, frame in zip(grounds, frames, strict=True)
+        for name, frame in zip(PILLARS, frames, strict=True)
     )
-    target = Layer(item, WIDTH, path)
+    target = Layer(item, _width(item), path)
     return _scene(target, ground, seed, front=front, camera=camera)
 
 
@@ -104,7 +112,7 @@ def scale(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     and one and a half.
     """
     rng = np.random.default_rng((24, seed))
-    target = Layer(item, WIDTH, wandering(rng, LENGTH, 25, 0.45))
+    target = Layer(item, _width(item), wandering(rng, LENGTH, 25, 0.45))
     return _scene(target, ground, seed)
 
 
@@ -120,7 +128,7 @@ def trajectory(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     places[:2] = MIDDLE
     path = way(times, *places.T, scale=sizes(rng, len(times), 0.15))
     camera = shaking(rng, LENGTH, 8, 0.05)
-    return _scene(Layer(item, WIDTH, path), ground, seed, camera=camera)
+    return _scene(Layer(item, _width(item), path), ground, seed, camera=camera)
 
 
 @SCENES.register("background")
@@ -137,5 +145,5 @@ def background_change(seed: int, item: str = "car", ground: str = "workshop") ->
         for k, name in enumerate(("tissue", "gravel", "table", "grass"), 1)
     )
     pan = way(times, 160 - x, rng.normal(0, 6, n))
-    target = Layer(item, WIDTH, path)
+    target = Layer(item, _width(item), path)
     return _scene(target, ground, seed, behind=behind, camera=pan)

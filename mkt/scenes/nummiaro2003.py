@@ -4,8 +4,8 @@ The head of figure 10 is in `mkt.sequences.carphone`.
 
 The paper's videos (PETS2001, students before a university, a factory) cannot be had;
 these scenes ask of a tracker what the paper says that they asked.  Paths vary with the
-seed, around a common story; all pictures are flat, so a turn out of the image plane is
-a slow mixture of two views, which differ in their colours.
+seed, around a common story.  People, van and tree are painted (`mkt.scenes.objects`);
+the van's side has other colours than its rear.
 """
 
 import numpy as np
@@ -18,16 +18,22 @@ STUDENTS, TREE = 222, 101  # frames of figure 6, and that behind the tree: print
 # Frames of the two short occlusions: ours, figure 7 is not legible in our copy.
 PASSES = 45, 165
 TREE_X, TREE_WIDTH = 160.0, 76.0  # [px]
-PERSON = 36.0  # width of a student [px]
+RAISED = 0.3  # of the tree's width, its middle above the student's: it hides all
+PERSON = 30.0  # width of a student [px]
+PASSERS = "passer in blue", "passer in green"
 PACE = 8.0  # [px a frame] at which others pass
+WALKER = 22.0  # width of the person on the parking place [px]
+REAR = "van from behind"
+SIDE = Layer("van from the side", 80.0, standing(0, 0))
+LOOKS = "fades", "turns", "same"  # what becomes of the van in traffic
 CAR_WIDTHS = {"parking": 80.0, "traffic": 72.0}  # [px]
 
 
 def students(seed: int, tree: float = TREE_WIDTH) -> Scene:
     """Figures 6 and 7: a student walks from the left to the right and leaves the view.
 
-    Two others come from the right, each of another colour, and hide most of the student
-    for a few frames.  The student is out of the view after about frame 205.
+    Two others come from the right, in other clothes, and hide most of the student for a
+    few frames.  The student is out of the view after about frame 205.
 
     Parameters
     ----------
@@ -41,14 +47,14 @@ def students(seed: int, tree: float = TREE_WIDTH) -> Scene:
     unsteady = rng.normal(0, 1.5, len(times)) * (np.abs(times - TREE) > 15)
     x = straight + unsteady
     y = rng.uniform(115, 145) + np.cumsum(rng.normal(0, 2, len(times)))
-    hues = rng.permutation([60.0, 140.0, 220.0])
     others = [
-        Layer("hopper", 1.1 * PERSON, _passing(times, x, y, frame), hue=hue)
-        for frame, hue in zip(PASSES, hues, strict=False)
+        Layer(name, 1.1 * PERSON, _passing(times, x, y, frame))
+        for frame, name in zip(PASSES, rng.permutation(PASSERS), strict=True)
     ]
-    trunk = Layer("grass", float(tree), way([0], TREE_X, np.interp(TREE, times, y)))
-    target = Layer("astronaut", PERSON, way(times, x, y))
-    return Scene(target, "gravel", STUDENTS, front=(*others, trunk), seed=seed)
+    height = np.interp(TREE, times, y) - RAISED * tree
+    standing_tree = Layer("tree", float(tree), way([0], TREE_X, height))
+    target = Layer("student", PERSON, way(times, x, y))
+    return Scene(target, "campus", STUDENTS, front=(*others, standing_tree), seed=seed)
 
 
 def _passing(times: Array, x: Array, y: Array, frame: int) -> Path:
@@ -64,16 +70,17 @@ def doors(scene: Scene) -> tuple:
     They are the two sides of the tree, and "borders", those of the image.
     """
     tree = scene.front[-1]
-    _, x, y, *_ = tree.path[0]
+    _, x, height, *_ = tree.path[0]
+    y = height + RAISED * tree.width
     beside = (tree.width + PERSON) / 2
     spread = PERSON / 3, PERSON / 3
     return (x - beside, y, *spread), (x + beside, y, *spread), "borders"
 
 
 def parking(seed: int, target: str = "car") -> Scene:
-    """Figure 4: a parking place seen from above, 150 frames.
+    """Figure 4: a parking place seen from a window, 150 frames.
 
-    A person walks, and a car comes closer, to double its size, and shows another view.
+    A person walks, and a van comes closer, to double its size, and turns its side.
 
     Parameters
     ----------
@@ -91,14 +98,15 @@ def parking(seed: int, target: str = "car") -> Scene:
     if target not in layers:
         raise ValueError(f"target is {target!r}; it must be car or person")
     chosen = layers.pop(target)
-    return Scene(chosen, "gravel", 150, behind=tuple(layers.values()), seed=seed)
+    behind = tuple(layers.values())
+    return Scene(chosen, "parking place", 150, behind=behind, seed=seed)
 
 
 def _walker(rng) -> Layer:
     times = np.arange(0.0, 176, 25)
     x = np.linspace(40, 250, 8) + rng.normal(0, 5, 8)
     y = np.linspace(205, 150, 8) + rng.normal(0, 5, 8)
-    return Layer("astronaut", 26.0, way(times, x, y))
+    return Layer("student", WALKER, way(times, x, y))
 
 
 def _turning_car(rng) -> Layer:
@@ -106,22 +114,31 @@ def _turning_car(rng) -> Layer:
     x = np.linspace(270, 90, 8) + rng.normal(0, 6, 8)
     y = np.linspace(45, 120, 8) + rng.normal(0, 4, 8)
     path = way(times, x, y, scale=np.linspace(0.6, 1.3, 8))
-    turn = (50.0, 0.0), (110.0, 1.0)
-    return Layer("car", CAR_WIDTHS["parking"], path, view=_side(), turn=turn)
+    turn = (50.0, 0.0), (110.0, 0.5)
+    return Layer(REAR, CAR_WIDTHS["parking"], path, view=SIDE, turn=turn, box=True)
 
 
-def traffic(seed: int, turns: bool = True, growth: float = 1.8) -> Scene:
-    """Figures 8 and 9: a car ahead, seen from a car, 150 frames.
+def traffic(seed: int, look: str = "fades", growth: float = 1.8) -> Scene:
+    """Figures 8 and 9: a van ahead, seen from a car, 150 frames.
 
-    It moves fast on the screen, grows by a factor, and turns.
+    It moves fast on the screen, grows by a factor, and comes to look otherwise.
 
     Parameters
     ----------
     seed : int
-    turns : bool
-        Without, the scale alone changes and the car looks the same all the time.
+    look : {"fades", "turns", "same"}
+        "fades", all of its rear slowly takes the colours of its side; "turns", it is a
+        box whose side comes to sight while its rear goes away; "same", nothing but its
+        size changes.
     growth : float
+
+    Raises
+    ------
+    ValueError
+        For any other look.
     """
+    if look not in LOOKS:
+        raise ValueError(f"look is {look!r}; it must be one of {', '.join(LOOKS)}")
     rng = np.random.default_rng((13, seed))
     times = np.arange(0.0, 176, 25)
     x = np.clip(160 + np.cumsum(rng.normal(0, 22, 8)), 90, 230)
@@ -131,12 +148,8 @@ def traffic(seed: int, turns: bool = True, growth: float = 1.8) -> Scene:
     shake = rng.normal(0, 4, (len(beats), 2))
     still = np.column_stack([np.zeros(len(beats)), np.ones(len(beats))])
     camera = as_path(np.column_stack([beats, shake, still]))
-    view, turn = (_side() if turns else None), ((15.0, 0.0), (135.0, 1.0))
-    path = way(times, x, y, scale=scales)
-    car = Layer("car", CAR_WIDTHS["traffic"], path, view=view, turn=turn)
-    return Scene(car, "workshop", 150, camera=camera, seed=seed)
-
-
-def _side() -> Layer:
-    """The car's other view: the same shape in other colours."""
-    return Layer("car", CAR_WIDTHS["parking"], standing(0, 0), hue=100.0)
+    view = None if look == "same" else SIDE
+    path, turn = way(times, x, y, scale=scales), ((15.0, 0.0), (135.0, 1.0))
+    width, box = CAR_WIDTHS["traffic"], look == "turns"
+    van = Layer(REAR, width, path, view=view, turn=turn, box=box)
+    return Scene(van, "street", 150, camera=camera, seed=seed)

@@ -11,6 +11,7 @@ import numpy as np
 from mkt.scenes import SCENES
 from mkt.scenes.paths import LENGTH, WIDTH, Path, as_path, roaming, way
 from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.textures import wall
 
 HALF_DIAGONAL = 1.25 * WIDTH / 2  # [px] of an item, about
 
@@ -51,11 +52,13 @@ def occlusion(
     """
     rng = np.random.default_rng((3, seed))
     path = roaming(rng, growth=0.0)
-    front = (_panel(path, first, hidden),)
+    front = (_panel(path, wall(ground), first, hidden),)
     return Scene(Layer(item, WIDTH, path), ground, LENGTH, front=front, seed=seed)
 
 
-def _panel(target: Path, first: int, hidden: int, width: float = 150.0) -> Layer:
+def _panel(
+    target: Path, material: str, first: int, hidden: int, width: float = 150.0
+) -> Layer:
     """A wall that comes from the left and hides the layer on a path for a while."""
     table = np.array(target)
     x = np.interp([first, first + hidden], table[:, 0], table[:, 1])
@@ -63,7 +66,7 @@ def _panel(target: Path, first: int, hidden: int, width: float = 150.0) -> Layer
     start, end = x[0] - slack, x[1] + slack
     speed = max((end - start) / hidden, 4.0)
     times = np.array([0.0, LENGTH])
-    return Layer("bricks", width, way(times, start + speed * (times - first), 120.0))
+    return Layer(material, width, way(times, start + speed * (times - first), 120.0))
 
 
 @SCENES.register("blur")

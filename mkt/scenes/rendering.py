@@ -52,10 +52,13 @@ class Layer:
         Cuts the texture into so many tiles a side and mixes them: the same colours at
         other places.
     view : Layer, optional
-        Of which texture, hue and shuffle count: what the object shows when it turns out
-        of the image plane.
+        Of which texture, hue and shuffle count: another look of the object.
     turn : tuple of (frame, share)
-        The share of that view, joined linearly.
+        The share of that look, joined linearly.
+    box : bool
+        The other look is the next side of a box that turns about its upright axis, seen
+        from far away, and its share is one of the width.  Without, the one look fades
+        into the other.
     tilt : tuple of (frame, about x [rad], about y [rad])
         Turns out of the image plane, about the layer's own axes, first about x: the
         lower side or the left one goes away.  Joined by a cubic spline; the layer is
@@ -69,6 +72,7 @@ class Layer:
     shuffle: int = 1
     view: "Layer | None" = None
     turn: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
+    box: bool = False
     tilt: Path = FLAT
 
 
@@ -341,14 +345,28 @@ def _resized(name: str, factor: float) -> NDArray:
 def _shown(layer: Layer, t: float) -> NDArray:
     """What a layer shows at the time t, (h, w, 4) float32.
 
-    It is its texture, or a mixture with its other view.
+    It is its texture, or that and its other look.
     """
     front = _prepared(replace(layer, path=STILL, view=None))
     share = float(_interpolated(layer.turn, t)[0])
     if layer.view is None or share == 0:
         return front
     other = _prepared(replace(layer.view, width=layer.width, path=STILL))
+    if layer.box:
+        return _side_by_side(front, other, share)
     return (1 - share) * front + share * cv2.resize(other, front.shape[1::-1])
+
+
+def _side_by_side(front: NDArray, side: NDArray, share: float) -> NDArray:
+    """Two sides of a box, each squeezed to its share of the width, with a border."""
+    height, width = (length - 2 for length in front.shape[:2])
+    seam = round((1 - share) * width)
+    parts = [
+        cv2.resize(whole[1:-1, 1:-1], (part, height), interpolation=cv2.INTER_AREA)
+        for whole, part in ((front, seam), (side, width - seam))
+        if part
+    ]
+    return cv2.copyMakeBorder(np.hstack(parts), 1, 1, 1, 1, cv2.BORDER_CONSTANT)
 
 
 @lru_cache(maxsize=64)

@@ -10,6 +10,7 @@ import numpy as np
 from mkt.scenes import SCENES
 from mkt.scenes.paths import WIDTH, roaming, way
 from mkt.scenes.rendering import Layer, Scene, regions
+from mkt.scenes.textures import wall
 
 
 @SCENES.register("fast")
@@ -62,4 +63,5 @@ def screen(scene: Scene, first: int, frames: int, speed: float = 24.0) -> Layer:
     right = reach[1] - speed * (times - ends[1])
     x, y = regions(scene, scene.target, times)[:, :2].T
     width = float(np.ceil(right[0] - left[0]))
-    return Layer("bricks", width, way(times, x + (left + right) / 2, y))
+    material = wall(scene.background)
+    return Layer(material, width, way(times, x + (left + right) / 2, y))

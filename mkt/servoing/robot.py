@@ -159,7 +159,7 @@ class Workspace:
     camera: Camera = Camera()
     car: str = "car"
     width: float = 0.2
-    table: str = "workshop"
+    table: str = "planks"
     table_width: float = 1.2
     exposure: float = 0.02
     noise: float = 3.0

@@ -51,10 +51,10 @@ def test_without_the_benchmark_a_twin_stands_in(kind):
     assert "synthetic twin" in said(source(kind))
 
 
-def test_seeds_show_other_items_before_other_grounds():
+def test_a_row_keeps_its_item_and_its_ground_and_seeds_show_other_paths():
     twins = [source("pillars", seed) for seed in range(4)]
-    assert len({twin.item for twin in twins}) == 4
-    assert len({twin.ground for twin in twins}) == 4
+    assert {(twin.item, twin.ground) for twin in twins} == {TABLE["pillars"].twin}
+    assert len({twin.scene().target.path for twin in twins}) == 4
 
 
 @pytest.fixture

@@ -7,10 +7,19 @@ import pytest
 
 from mkt.experiments import timing
 from mkt.figures.registry import FIGURES
-from mkt.papers.nummiaro2003 import sequences, steps
+from mkt.papers.nummiaro2003 import films, sequences, steps
 from mkt.plotting import new_figure
-from mkt.scenes.nummiaro2003 import PASSES, STUDENTS, TREE, doors, students
+from mkt.scenes.nummiaro2003 import (
+    PASSES,
+    STUDENTS,
+    TREE,
+    doors,
+    students,
+    traffic,
+)
+from mkt.trackers.adaptive import Adaptive
 from mkt.trackers.ellipses import Disc
+from mkt.tracking import track
 
 pytestmark = pytest.mark.slow
 
@@ -72,7 +81,10 @@ def test_fig2_table_has_the_surface_and_what_stands_on_it():
 def test_fig3_samples_lie_in_the_named_zones(placement):
     row = shown(steps.fig3, placement=placement, particles=400)
     x, y = row["samples"].T
-    at_border = (np.minimum(x, 319 - x) <= 20) | (np.minimum(y, 239 - y) <= 25)
+    depth = students(0).sequence().truth[0, 3:]  # the band is a half axis deep
+    at_border = (np.minimum(x, 319 - x) <= depth[0]) | (
+        np.minimum(y, 239 - y) <= depth[1]
+    )
     beside_tree = doors(students(0))[:-1]
     off = [np.hypot(x - cx, y - cy) / spread for cx, cy, spread, _ in beside_tree]
     at_door = np.min(off, axis=0) < 4
@@ -156,11 +168,11 @@ def test_fig5_cost_is_linear_in_samples_and_in_pixels_and_flat_on_the_fixed_grid
 
 def test_fig4_person_and_car_are_followed():
     row = shown(sequences.fig4)
-    assert np.median(row["person position"]) < 5 and np.median(row["car position"]) < 12
+    assert np.median(row["person position"]) < 8 and np.median(row["car position"]) < 12
     for target in ("person", "car"):
         assert np.median(np.abs(row[f"{target} size"] - 1)) < 0.3
     still = shown(sequences.fig4, alpha=0.0)
-    assert np.median(still["car position"]) > 15
+    assert still["car position"][-1] > 20 > row["car position"][-1]
 
 
 def test_fig6_found_again_passes_bridged_and_loss_declared():
@@ -182,29 +194,38 @@ def test_fig7_is_the_run_of_fig6_and_its_crossings_are_the_modes():
         assert now < row["line"] if row["initialising"][switch] else now > row["line"]
 
 
-def test_fig8_the_update_holds_the_target_and_a_fast_one_learns_what_is_beside_it():
-    row = shown(sequences.fig8, alpha=0.2)
-    held, lost = (
-        np.mean(row[f"{title} overlap"] > 0.2)
-        for title in ("with update", "without update")
-    )
-    assert held > lost + 0.2
+def held(row, title):
+    """The share of the frames in which a row of figure 8 holds the van."""
+    return np.mean(row[f"{title} overlap"] > 0.2)
+
+
+def test_fig8_the_update_holds_a_van_that_takes_other_colours():
+    row = shown(sequences.fig8)
+    assert held(row, "with update") > held(row, "without update") + 0.4
     assert row["with update target"][-1] > row["with update beside"][-1]
-    assert row["without update target"][-1] < 0.4
-    fast = shown(sequences.fig8, alpha=0.9)
-    assert np.mean(fast["with update overlap"] > 0.2) < held - 0.2
-    assert (fast["with update beside"] > fast["with update target"]).any()
+    assert row["without update target"][-1] < row["with update target"][-1] - 0.1
+
+
+def test_fig8_the_update_does_not_hold_a_box_that_turns():
+    row = shown(sequences.fig8, van="turns")
+    assert held(row, "with update") < 0.8 and held(row, "without update") < 0.8
+    assert row["with update beside"][-1] > row["with update target"][-1]
+
+
+def test_fig8_who_learns_fast_loses_what_never_changes():
+    row = shown(sequences.fig8, van="same", alpha=0.9)
+    assert held(row, "without update") == 1 and held(row, "with update") < 0.5
 
 
 def test_fig9_the_update_hurts_when_only_the_size_changes():
-    row = shown(sequences.fig9, turns=False)
+    row = shown(sequences.fig9, van="same")
     assert row["with update error"].mean() > row["without update error"].mean() + 0.03
 
 
 def test_fig9_the_own_score_does_not_tell_that_the_background_was_learnt():
-    row = shown(sequences.fig9, alpha=0.9)
-    assert row["with update held"].max() < 0.5
-    assert np.median(row["with update score"]) > 0.8
+    row = shown(sequences.fig9, van="same", alpha=0.9)
+    assert row["with update held"].mean() < 0.8
+    assert np.median(row["with update score"]) > 0.9
 
 
 def test_fig10_the_head_is_followed_to_the_end():
@@ -212,6 +233,38 @@ def test_fig10_the_head_is_followed_to_the_end():
     assert row["overlap"].shape == (sequences.RUNS, 450)
     assert row["overlap"].mean() > 0.5
     assert (row["overlap"][:, -30:].mean(1) > 0.25).all()
+
+
+# The films
+
+
+def pixels(picture, color):
+    """How many pixels of a picture have a colour, about."""
+    wanted = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)])
+    return int((np.abs(picture.astype(int) - wanted).max(-1) < 40).sum())
+
+
+def test_a_film_of_the_modes_shades_what_was_waited_and_its_curve_grows():
+    scene = students(0)
+    clip, tracker = scene.sequence(), Adaptive(alpha=0.0, zones=doors(scene))
+    run = track(tracker, clip, keep=("particles",))
+    frames = list(films.modes(tracker, clip, run, every=20))
+    assert len(frames) == 12 and {frame.shape for frame in frames} == {(240, 608, 3)}
+    right = [frame[:, 320:] for frame in frames]
+    grey = [(part == 217).all(-1).sum() for part in right]
+    waited = (run.info["mode"] == "initialising").cumsum()[::20]
+    assert (np.diff(grey) > 0).tolist() == (np.diff(waited) > 1).tolist()
+    curve = [pixels(part, steps.PERSON) for part in right]
+    assert curve[0] < curve[1] < curve[3]
+
+
+def test_a_film_of_learning_shows_what_the_model_is_like_up_to_the_frame():
+    clip, tracker = traffic(0, "same").sequence(), Adaptive(alpha=0.9)
+    run = track(tracker, clip, keep=("model",))
+    frames = list(films.learning(tracker, clip, run, every=50))
+    assert len(frames) == 3
+    green = [pixels(frame[40:, 350:], sequences.WITH) for frame in frames]
+    assert green[0] < green[1] < green[2]
 
 
 @pytest.mark.parametrize("name", ["fig4", "fig6", "fig8", "fig9", "fig10"])

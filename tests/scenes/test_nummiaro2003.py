@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -58,14 +59,16 @@ def mean_color(frame, region):
     return frame[rows, columns].mean((0, 1))
 
 
-@pytest.mark.parametrize("turns", [False, True])
-def test_the_car_in_traffic_grows_and_turns(turns):
+@pytest.mark.parametrize("look", stories.LOOKS)
+def test_the_van_in_traffic_grows_and_looks_otherwise(look):
     for seed in SEEDS:
-        clip = reduced(stories.traffic(seed, turns))
+        clip = reduced(stories.traffic(seed, look))
         assert clip.truth[-1, 3] / clip.truth[0, 3] == pytest.approx(1.8, rel=0.05)
         first, late = (mean_color(clip.frames[k], clip.truth[k]) for k in (0, 145))
         change = np.abs(late - first).max()
-        assert change > 40 if turns else change < 12
+        assert change < 12 if look == "same" else change > 40
+    with pytest.raises(ValueError, match="fades, turns, same"):
+        stories.traffic(0, "flies")
 
 
 def test_a_growth_of_one_keeps_the_size():
@@ -104,6 +107,28 @@ def car(degrees):
 )
 def test_a_hue_goes_round_the_whole_circle(hue, same):
     assert (car(hue) == car(same)).all()
+
+
+def test_a_box_shows_two_sides_each_in_its_share_of_the_width():
+    side = Layer("gravel", 90.0, standing(0, 0))
+    turn = ((2.0, 0.0), (10.0, 1.0))
+    box = Layer("grass", 90.0, MIDDLE, view=side, turn=turn, box=True)
+    scene = Scene(box, "planks", length=11, noise=0.0, shutter=0.0)
+
+    def alone(name, width):
+        """A texture squeezed to a width, as the scene would show it."""
+        whole = render(replace(scene, target=Layer(name, 90.0, MIDDLE)), 0)[75:165]
+        squeezed = cv2.resize(
+            whole[:, 115:205], (width, 90), None, 0, 0, cv2.INTER_AREA
+        )
+        return squeezed.astype(float)
+
+    for k, seam in ((0, 90), (4, 68), (6, 45), (10, 0)):
+        seen = render(scene, k)[75:165, 115:205].astype(float)
+        wanted = [alone("grass", seam)] if seam else []
+        wanted += [alone("gravel", 90 - seam)] if seam < 90 else []
+        assert np.abs(seen - np.hstack(wanted))[2:-2, 2:-2].mean() < 12
+        assert np.abs(scene.sequence().truth[k] - scene.sequence().truth[0]).max() == 0
 
 
 def test_a_turn_is_a_mixture_of_two_views():

@@ -12,7 +12,7 @@ import pytest
 from mkt.regions import displaced, warp
 from mkt.scenes.paths import standing
 from mkt.scenes.rendering import STILL, Layer, Scene, regions, render
-from mkt.scenes.textures import BACKGROUNDS, OBJECTS, texture
+from mkt.scenes.textures import NAMES, texture
 
 MOVING = (
     (0.0, 110.0, 100.0, 0.0, 1.0),
@@ -133,7 +133,7 @@ def test_look_alikes():
     assert np.abs(plain.mean((0, 1)) - recoloured.mean((0, 1))).max() > 20
 
 
-@pytest.mark.parametrize("name", [*OBJECTS, *BACKGROUNDS])
+@pytest.mark.parametrize("name", NAMES)
 def test_every_texture_is_there(name):
     rgba = texture(name)
     assert rgba.ndim == 3 and rgba.shape[2] == 4

@@ -310,17 +310,17 @@ def test_the_student_is_found_again_and_the_passes_are_bridged(seed):
 
 
 def test_the_update_helps_where_the_view_changes_and_hurts_where_only_the_scale_does():
-    """Over seeds: 20 points more true positives on the turning car.
+    """Over seeds: 20 points more true positives on the van of other colours.
 
     And a larger error of H_x on the one that only grows.
     """
 
-    def mean(number, alpha, turns):
-        return np.mean([traffic(seed, alpha, turns)[number] for seed in range(2)])
+    def mean(number, alpha, look):
+        return np.mean([traffic(seed, alpha, look)[number] for seed in range(2)])
 
     alpha = Adaptive().alpha
-    assert mean("hits", alpha, True) > mean("hits", 0.0, True) + 0.2
-    assert mean("scale", alpha, False) > mean("scale", 0.0, False)
+    assert mean("hits", alpha, "fades") > mean("hits", 0.0, "fades") + 0.2
+    assert mean("scale", alpha, "same") > mean("scale", 0.0, "same")
 
 
 # One frame, quantity by quantity.
