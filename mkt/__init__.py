@@ -32,7 +32,10 @@ The rest of the house, from the ground up; a wing knows only those below it:
 the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `mkt.registry`, `mkt.types`
 `mkt.trackers`     see above
-`mkt.scenes`       made of `~mkt.scenes.textures` on `~mkt.scenes.paths`, by
+`mkt.scenes`       made of `~mkt.scenes.textures`, which are photographs
+                   (`~mkt.scenes.photographs`) or painted
+                   (`~mkt.scenes.painting`, `~mkt.scenes.objects`,
+                   `~mkt.scenes.grounds`), on `~mkt.scenes.paths`, by
                    `~mkt.scenes.rendering`; `~mkt.scenes.questions`,
                    `~mkt.scenes.teuliere2009`, `~mkt.scenes.nummiaro2003`,
                    `~mkt.scenes.cordoba2014`; `~mkt.scenes.drawn` by lot,

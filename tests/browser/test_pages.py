@@ -131,9 +131,9 @@ def test_letters_of_a_drawing_are_no_smaller_on_a_telephone(chapter):
     assert drawing.bounding_box()["width"] >= LETTERS * 720
 
 
-SHOWN = """() => [...document.querySelectorAll(".mkt-shown img")].map(
-  (image) => [image.clientWidth, Number(image.getAttribute("width"))]
-)"""
+SHOWN = """() => [...document.querySelectorAll(
+  ".mkt-shown img, .cell_output > a > img, .cell_output video"
+)].map((image) => [image.clientWidth, Number(image.getAttribute("width"))])"""
 
 
 def test_letters_of_a_figure_are_no_smaller_on_a_telephone(chapter):
