@@ -48,9 +48,11 @@ def test_fig1_is_all_on_the_page():
     assert row["lines"] == sum(len(steps.listing(function)) for function in LISTED)
     fig.canvas.draw()
     boxes = [text.get_window_extent() for text in fig.texts]
-    code = [box.x1 for box in boxes if box.x0 == pytest.approx(0.34 * fig.bbox.x1)]
-    modules = [box.x0 for box in boxes if box.x1 == pytest.approx(0.99 * fig.bbox.x1)]
-    assert len(modules) == len(LISTED) and max(code) < min(modules)
+    begin = steps.CODE * fig.bbox.x1
+    left = [box.x1 for box in boxes if box.x0 < begin - 1]
+    code = [box.x1 for box in boxes if box.x0 == pytest.approx(begin)]
+    assert len(code) == 2 * len(LISTED) + 1 and len(left) + len(code) == len(boxes)
+    assert max(left) < begin and max(code) < fig.bbox.x1
 
 
 # Figures 2 and 3

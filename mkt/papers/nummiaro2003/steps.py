@@ -54,10 +54,13 @@ TARGETS = {"person": PERSON, "car": CAR}  # of the parking place
 STEPS: dict[str, tuple[list[str], tuple[Callable, ...]]] = {
     "1  select": (
         [
-            "draw $N$ samples with replacement:",
-            "$c^{(n)} = c^{(n-1)} + \\pi^{(n)}$,   $c' = c\\,/\\,c^{(N)}$,",
+            "draw $N$ samples",
+            "with replacement:",
+            "$c^{(n)} = c^{(n-1)} + \\pi^{(n)}$,",
+            "$c' = c\\,/\\,c^{(N)}$,",
             "$r$ uniform in [0, 1],",
-            "smallest $j$ with $c'^{(j)} \\geq r$: binary search",
+            "smallest $j$ with $c'^{(j)} \\geq r$:",
+            "binary search",
         ],
         (Adaptive.select, multinomial, independent_positions, search),
     ),
@@ -67,8 +70,8 @@ STEPS: dict[str, tuple[list[str], tuple[Callable, ...]]] = {
     ),
     "3  observe, a and b": (
         [
-            "$p^{(u)} = f\\, \\sum_i k(\\|s - x_i\\| / a)\\; "
-            "\\delta[h(x_i) - u]$,   (3)",
+            "$p^{(u)} = f\\, \\sum_i k(\\|s - x_i\\| / a)$",
+            "$\\qquad \\cdot\\; \\delta[h(x_i) - u]$,   (3)",
             "$\\rho = \\sum_u \\sqrt{p^{(u)} q^{(u)}}$,   (6)",
         ],
         (Adaptive.observe, Disc.histograms, mixed_histograms, coefficient),
@@ -90,7 +93,8 @@ STEPS: dict[str, tuple[list[str], tuple[Callable, ...]]] = {
     ),
 }
 LINE = 0.118  # [inch] from one line of the listing to the next
-FORMULA = 0.34  # [inch] from one formula to the next
+FORMULA = 0.3  # [inch] from one formula to the next
+CODE = 0.295  # where the listing begins, as a share of the width
 
 
 def listing(function: Callable) -> list[str]:
@@ -103,7 +107,7 @@ def listing(function: Callable) -> list[str]:
     return lines
 
 
-@figure("nummiaro2003.fig1", size=(11, 11.1))
+@figure("nummiaro2003.fig1", size=(7.9, 12.8))
 def fig1(fig: Figure) -> Shown:
     """One iteration of the colour particle filter, and the lines that do it.
 
@@ -116,7 +120,7 @@ def fig1(fig: Figure) -> Shown:
     """
     bottom = 1 - 0.35 / fig.get_figheight()
     fig.text(0.01, bottom, "the box of Figure 1", fontweight="bold")
-    fig.text(0.34, bottom, "its lines in mkt", fontweight="bold")
+    fig.text(CODE, bottom, "its lines in mkt", fontweight="bold")
     for step, (formulas, functions) in STEPS.items():
         height = _draw_step(fig, bottom, step, formulas, functions)
         bottom -= height
@@ -140,13 +144,13 @@ def _draw_step(
     for k, formula in enumerate(formulas, 1):
         fig.text(0.025, edge - (0.2 + FORMULA * k) * inch, formula, fontsize=9.5)
     height = 0.08
+    code = {"family": "monospace", "fontsize": 7.5, "va": "top"}
     for function in functions:
         lines = listing(function)
-        code = {"family": "monospace", "fontsize": 7.5, "va": "top"}
         y = edge - height * inch
-        fig.text(0.34, y, "\n".join(lines), linespacing=1.15, **code)
-        fig.text(0.99, y, function.__module__, color="0.55", ha="right", **code)
-        height += LINE * len(lines) + 0.09
+        fig.text(CODE, y, f"# {function.__module__}", color="0.45", **code)
+        fig.text(CODE, y - LINE * inch, "\n".join(lines), linespacing=1.15, **code)
+        height += LINE * (len(lines) + 1) + 0.09
     return (0.1 + max(height, 0.3 + FORMULA * len(formulas))) * inch
 
 
