@@ -1,8 +1,8 @@
 """Films in notebooks and in the book: `play` puts one inside the page.
 
-`drawn` makes the pictures of one from a figure.  Neither a network nor a kernel is
-needed to see it.  They are WebM with VP8, which browsers
-play and OpenCV can write by itself, at about one bit for each pixel of each picture.
+`drawn` makes the pictures of one from a figure, such as a `stage`.  Neither a network
+nor a kernel is needed to see it.  They are WebM with VP8, which browsers play and
+OpenCV can write by itself, at about one bit for each pixel of each picture.
 """
 
 import html
@@ -16,15 +16,31 @@ import cv2
 import numpy as np
 from IPython.display import HTML
 from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mkt.figures.data_uri import data_uri
-from mkt.plotting import in_style
+from mkt.plotting import in_style, new_figure
 from mkt.sequences.writing import video_writer
 from mkt.types import Frame
 
+WIDTH, DPI = 7.6, 80  # of a picture [inch], and dots an inch
 QUALITY = 85  # of the picture that stands there until the film is started
+
+
+def stage(height: float, length: int) -> tuple[Figure, Axes, Axes]:
+    """A figure of a height [inch], with axes for a frame, and for curves beside it.
+
+    The curves are over so many frames.
+    """
+    with in_style():
+        fig = new_figure((WIDTH, height), DPI)
+        left = fig.add_axes((0.01, 0.02, 0.465, 0.87))
+        right = fig.add_axes((0.57, 0.17, 0.415, 0.7))
+        left.set_axis_off()
+        right.set(xlabel="frame", xlim=(0, length - 1))
+    return fig, left, right
 
 
 def drawn(

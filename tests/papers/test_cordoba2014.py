@@ -12,7 +12,7 @@ from mkt.evaluation import scored_frames
 from mkt.experiments import shipped
 from mkt.experiments.sweep import sweep
 from mkt.figures.registry import FIGURES
-from mkt.papers.cordoba2014 import ablation
+from mkt.papers.cordoba2014 import ablation, film
 from mkt.papers.cordoba2014.looks import RIVALS
 from mkt.papers.cordoba2014.printed import TABLE, said, source
 from mkt.papers.cordoba2014.resampling import ancestors, spans
@@ -24,7 +24,7 @@ from mkt.regions import to_box
 from mkt.scenes import SCENES
 from mkt.scenes.drawn import Drawn
 from mkt.trackers.by_name import TRACKERS
-from mkt.tracking import Sequence
+from mkt.tracking import Sequence, track
 
 pytestmark = pytest.mark.slow
 
@@ -226,3 +226,16 @@ def test_moments_show_each_occlusion_and_what_comes_after_it():
     frames = moments(hidden)
     assert len(frames) == 8 and frames == sorted(set(frames))
     assert {43, 56, 109, 122} <= set(frames)
+
+
+def test_the_film_shows_how_wide_the_clouds_are_up_to_its_frame():
+    twin = SCENES["pillars"](0, *TABLE["pillars"].twin).sequence()
+    run = track(TRACKERS["pfhr"], twin, keep=("particles",))
+    cloud = film.width(run)
+    hidden = twin.visibility < 0.5
+    assert cloud[hidden].max() > 2 * np.median(cloud[~hidden])  # it opens
+    frames = list(film.film(twin, {"pfhr": run}, every=50))
+    right = [frame[60:200, 350:].astype(int) for frame in frames]
+    purple = np.array([0xB6, 0x02, 0x69])
+    curve = [(np.abs(part - purple).max(-1) < 60).sum() for part in right]
+    assert len(frames) == 3 and curve[0] < curve[1] < curve[2]

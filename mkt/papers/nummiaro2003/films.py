@@ -8,10 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from mkt.figures.film import drawn
+from mkt.figures.film import drawn, stage
 from mkt.papers.nummiaro2003.sequences import (
     WITH,
     draw_line,
@@ -20,12 +18,10 @@ from mkt.papers.nummiaro2003.sequences import (
     likeness,
 )
 from mkt.papers.nummiaro2003.steps import PERSON
-from mkt.plotting import in_style, new_figure, shade_frames
+from mkt.plotting import in_style, shade_frames
 from mkt.trackers.adaptive import INITIALISING, Adaptive
 from mkt.tracking import Sequence, Track
 from mkt.types import Frame
-
-DPI = 80
 
 
 def modes(
@@ -50,7 +46,7 @@ def modes(
     (H, W, 3) uint8 RGB array
     """
     waiting = track.info["mode"] == INITIALISING
-    fig, left, right = _stage(3.0, len(clip))
+    fig, left, right = stage(3.0, len(clip))
     with in_style():
         draw_line(right, tracker.b * tracker.n, tracker.n)
 
@@ -84,7 +80,7 @@ def learning(
     ------
     (H, W, 3) uint8 RGB array
     """
-    fig, left, right = _stage(2.7, len(clip))
+    fig, left, right = stage(2.7, len(clip))
     alike = likeness(tracker, clip, track)
     score = pd.Series(track.info["rho"], range(len(clip)))
     lines = {
@@ -105,14 +101,3 @@ def learning(
             right.plot(values.loc[:k], color=WITH, **style)
 
     return drawn(fig, draw, range(0, len(clip), every))
-
-
-def _stage(height: float, length: int) -> tuple[Figure, Axes, Axes]:
-    """A figure with axes for a frame, and for a curve over so many frames."""
-    with in_style():
-        fig = new_figure((7.6, height), DPI)
-        left = fig.add_axes((0.01, 0.02, 0.465, 0.87))
-        right = fig.add_axes((0.57, 0.17, 0.415, 0.7))
-        left.set_axis_off()
-        right.set(xlabel="frame", xlim=(0, length - 1))
-    return fig, left, right
