@@ -21,7 +21,7 @@ def width(track: Track) -> Array:
 
 
 def film(
-    clip: Sequence, tracks: Mapping[str, Track], every: int = 3
+    clip: Sequence, tracks: Mapping[str, Track], every: int = 4
 ) -> Iterator[Frame]:
     """The boxes of trackers with their particles, dashed the truth.
 

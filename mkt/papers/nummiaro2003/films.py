@@ -25,7 +25,7 @@ from mkt.types import Frame
 
 
 def modes(
-    tracker: Adaptive, clip: Sequence, track: Track, every: int = 3
+    tracker: Adaptive, clip: Sequence, track: Track, every: int = 4
 ) -> Iterator[Frame]:
     """The two modes of [N03], Section 6: samples that track, and samples that wait.
 
@@ -60,7 +60,7 @@ def modes(
 
 
 def learning(
-    tracker: Adaptive, clip: Sequence, track: Track, every: int = 3
+    tracker: Adaptive, clip: Sequence, track: Track, every: int = 5
 ) -> Iterator[Frame]:
     """A model that follows the target's looks, [N03], (11) and (12), or something else.
 
