@@ -7,6 +7,7 @@ from mkt.course.book.checks import figure_cells
 from mkt.course.book.contents import Book
 
 MARK = "**Printed / ours"
+NOT_PRINTED = "no printed figure", "this figure is ours"
 WORDS = ("agrees", "in part", "differs", "ours")
 
 
@@ -38,7 +39,7 @@ def _in(notebook: NotebookNode) -> dict[str, str]:
 
 def _word(name: str, text: str) -> str:
     text = text.lower()
-    if name.startswith("own.") or "is ours" in text:
+    if name.startswith("own.") or any(words in text for words in NOT_PRINTED):
         return "ours"
     agrees, differs = "agrees" in text, "differs" in text or "except" in text
     if agrees and differs:

@@ -245,9 +245,9 @@ def fig2(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
 
     On the synthetic twin "clutter", or on BoBoT's blue mug where MKT_DATA has it.
     Black is the truth, thick is run 0, thin are three more, which the paper does not
-    show.  There WM is misled and both filters follow; on the twin it is SIR that is
-    misled.  True positives are frames with an overlap above 20 %, out of all frames:
-    their mean, the smallest and the largest.
+    show.  There WM is misled and both filters follow; on the twin both filters are
+    misled in most runs.  True positives are frames with an overlap above 20 %, out of
+    all frames: their mean, the smallest and the largest.
     """
     return curves(fig, "clutter", contenders(particles, n_lim))
 

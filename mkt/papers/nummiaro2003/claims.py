@@ -260,8 +260,8 @@ def the_update_estimates_the_scale_better(runs: Runs) -> list[Part]:
     A van in traffic that grows, with the update minus without, at alpha = .1 and with
     the printed radius of the kernel.  The paper speaks of viewing angles and of
     rotations out of the plane: here the van takes other colours all over, or it turns
-    as a box does, whose old side stays in sight to the last.  A tracker that has lost
-    the van has a size too, and that counts.  The last line is ours: when the scale
+    as a box does, whose old side stays in sight until frame 135.  A tracker that has
+    lost the van has a size too, and that counts.  The last line is ours: when the scale
     alone changes, the model has nothing to learn, and forgets its own size.
     """
     rows = _over_seeds(drives, runs.seeds)

@@ -56,7 +56,8 @@ def modes(
         shade_frames(right, times, waiting[: k + 1])
         right.plot(times, track.info["positives"][: k + 1], color=PERSON, lw=1.6)
 
-    return drawn(fig, draw, range(0, len(clip), every))
+    # The first frame has no particles yet.
+    return drawn(fig, draw, range(1, len(clip), every))
 
 
 def learning(
@@ -64,7 +65,7 @@ def learning(
 ) -> Iterator[Frame]:
     """A model that follows the target's looks, [N03], (11) and (12), or something else.
 
-    Dashed the truth.  At the right, how alike the model is to the car as it looks
+    Dashed the truth.  At the right, how alike the model is to the van as it looks
     (full) and to what is beside it (dotted), and the tracker's own score (thin).
 
     Parameters
@@ -84,7 +85,7 @@ def learning(
     alike = likeness(tracker, clip, track)
     score = pd.Series(track.info["rho"], range(len(clip)))
     lines = {
-        "car": (alike.set_index("frame")["target"], {"lw": 2}),
+        "van": (alike.set_index("frame")["target"], {"lw": 2}),
         "beside it": (alike.set_index("frame")["beside"], {"lw": 2, "ls": ":"}),
         "own score": (score, {"lw": 0.8}),
     }

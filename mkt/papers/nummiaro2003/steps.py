@@ -113,10 +113,9 @@ def fig1(fig: Figure) -> Shown:
 
     At the left the steps of the printed box, at the right our source, read from the
     installed files when the figure is drawn, without its docstrings; in grey the module
-    of each function.  Two things differ from the box.  The weights are made to sum to 1
+    of each function.  One thing differs from the box: the weights are made to sum to 1
     before the mean is taken, which the box does not say and (1) needs; the factor in
-    front of (10) drops out.  And the new samples are drawn at the start of the next
-    step.
+    front of (10) drops out.
     """
     bottom = 1 - 0.35 / fig.get_figheight()
     fig.text(0.01, bottom, "the box of Figure 1", fontweight="bold")
@@ -432,9 +431,8 @@ def fig5(fig: Figure, *, particles: int = 100, bins: str = "rgb 8x8x8") -> Shown
     """What a frame costs: over the frames, and against samples, region size and bins.
 
     Measured while the figure is drawn, on this machine, in CPU time; so it is never
-    twice the same.  Synthetic data: the person and the car of figure 4; the smaller an
-    ellipse, the more places of the background the appearance condition compares it
-    with, so the person costs more.  In the middle against the number of samples,
+    twice the same.  Synthetic data: the person and the car of figure 4, which cost
+    about the same.  In the middle against the number of samples,
     for a whole frame and for the histograms of the samples alone.  At the right the
     histograms of 100 ellipses of growing area: with a grid of points as fine as the
     pixels, as a direct (3) would need, and with the fixed grid that the tracker uses,
