@@ -42,6 +42,8 @@ from mkt.tracking import Tracker, track
 SEEDS = range(5)  # of the random numbers on a recorded sequence
 # What a tracker scores that would not start.
 REFUSED = {"overlap": 0.0, "hits": 0.0, "hits_of_all": 0.0, "area": 0.0, "lost": 1.0}
+# Sequences of BoBoT on which the settings of `guided` were chosen, see its docstring.
+CHOSEN_ON = r".*/Vid_[ACF]_"
 LEVEL = 0.025  # of a test on one side, for who is ahead of whom
 HEAD = (
     "tracker",
@@ -230,9 +232,23 @@ def shipped() -> list[Board]:
     boards = [_drawn_board(drawn_rows)]
     rows, made_there = release.read_runs(release.BOBOT)
     frames = "Real sequences of BoBoT, measured where they were on the disk."
-    boards.append(Board("BoBoT", frames, rows, "source"))
+    boards.append(Board("BoBoT", f"{frames} {_on_the_others(rows)}", rows, "source"))
     origins = zip(boards, (made, made_there), strict=True)
     return [_dated(board, one) for board, one in origins]
+
+
+def _on_the_others(rows: pd.DataFrame) -> str:
+    """Who is ahead on the sequences of BoBoT on which nothing was chosen, in words."""
+    others = rows[~rows["source"].str.match(CHOSEN_ON)]
+    first, second, *_ = ranking(Board("", "", others, "source"))
+    lead, low, high = np.round(second.behind, 2) + 0.0  # no minus before a zero
+    named = [f"{LABELS[one.name]} has {_two(one.overlap)}" for one in (first, second)]
+    told = "passes" if first.places == (1, 1) else "does not pass"
+    return (
+        "The settings of guided were chosen on A, C and F, among other data. On the "
+        f"{len(first.cases)} others {' and '.join(named)}: ahead by {_two(lead)} "
+        f"({_two(low)} to {_two(high)}), which {told} the test of *place* below."
+    )
 
 
 def _dated(board: Board, made: release.Made) -> Board:

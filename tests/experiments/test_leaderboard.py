@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from markdown_it import MarkdownIt
+from scipy.stats import ttest_rel
 
 from mkt.course import cli
 from mkt.course.book import pages
@@ -292,3 +293,15 @@ def test_a_wrong_bench_is_answered_in_a_sentence(words, said):
     with pytest.raises(SystemExit) as stopped:
         cli.run(cli.parse(["bench", "tracking", *words]))
     assert said in stopped.value.code
+
+
+def test_the_release_says_who_leads_where_nothing_was_chosen():
+    board = leaderboard.shipped()[1]
+    rows = board.rows[~board.rows["source"].str.contains("ball|juice|fully")]
+    assert rows["source"].nunique() == 5 and "On the 5 others" in board.data
+    cases = rows.groupby(["source", "tracker"])["overlap"].mean().unstack()
+    second, first = cases.mean().nlargest(2).index[::-1]
+    for name in (first, second):
+        assert f"{by_name.LABELS[name]} has {cases[name].mean():.2f}" in board.data
+    tested = ttest_rel(cases[first], cases[second], alternative="greater")
+    assert ("does not pass" in board.data) == (tested.pvalue > leaderboard.LEVEL)
