@@ -242,12 +242,15 @@ def _on_the_others(rows: pd.DataFrame) -> str:
     others = rows[~rows["source"].str.match(CHOSEN_ON)]
     first, second, *_ = ranking(Board("", "", others, "source"))
     lead, low, high = np.round(second.behind, 2) + 0.0  # no minus before a zero
-    named = [f"{LABELS[one.name]} has {_two(one.overlap)}" for one in (first, second)]
+    ahead, next_one = (
+        f"{LABELS[one.name]}, {_two(one.overlap)}" for one in (first, second)
+    )
     told = "passes" if first.places == (1, 1) else "does not pass"
     return (
         "The settings of guided were chosen on A, C and F, among other data. On the "
-        f"{len(first.cases)} others {' and '.join(named)}: ahead by {_two(lead)} "
-        f"({_two(low)} to {_two(high)}), which {told} the test of *place* below."
+        f"{len(first.cases)} others the first two are {ahead}, and {next_one}: a lead "
+        f"of {_two(lead)} ({_two(low)} to {_two(high)}), which {told} the test of the "
+        'column "place".'
     )
 
 
