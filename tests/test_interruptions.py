@@ -11,6 +11,7 @@ import sys
 import time
 from contextlib import contextmanager
 
+import cv2
 import nbformat
 import numpy as np
 import pandas as pd
@@ -314,11 +315,19 @@ def test_a_track_stopped_at_any_moment_leaves_files_of_one_run(
     assert json.loads(output.with_suffix(".json").read_text())["tracker"] == "ssd"
     if blow == signal.SIGKILL:
         assert process.returncode == -blow
-        if ending == ".mp4":  # its index comes last
-            return
-        frames = len(VideoFile(output)) if output.stat().st_size else 0
-        assert frames <= len(rows)
+        shown = _shown(output)
+        assert shown <= len(rows)
+        # The encoders of these hand on as they go; VP8 and FFV1 hold much back.
+        assert shown or ending not in (".avi", ".mp4")
     else:
         assert process.returncode == 130 and "Traceback" not in said
         assert f"stopped: {len(rows)} of 400 frames are in both" in said
         assert len(VideoFile(output)) == len(rows) < 400
+
+
+def _shown(path):
+    """How many pictures a player shows of a video that may be cut."""
+    opened, shown = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG), 0
+    while opened.grab():
+        shown += 1
+    return shown

@@ -1,8 +1,8 @@
 """Video files written by OpenCV, in formats that it reads again everywhere.
 
 What a picture of 1920x1080 costs the writer, in ms of CPU on the machine on which this
-was measured: .webm 133, .avi 21, .mp4 15.  A browser plays .webm alone; a program that
-is killed leaves an .mp4 that cannot be read.
+was measured: .webm 133, .avi 21, .mp4 15.  A browser plays .webm alone.  What a killed
+program leaves can be played, but for the last pictures.
 """
 
 import os
@@ -81,9 +81,10 @@ def video_writer(
     OSError
         When the file cannot be written.
     """
-    codec = cv2.VideoWriter.fourcc(*CODECS[Path(path).suffix.lower()])
-    with quiet():
-        writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, codec, fps, size)
+    path = Path(path)
+    codec = cv2.VideoWriter.fourcc(*CODECS[path.suffix.lower()])
+    with quiet(), _in_pieces(path) as name:
+        writer = cv2.VideoWriter(str(name), cv2.CAP_FFMPEG, codec, fps, size)
     if not writer.isOpened():
         raise OSError(
             f"{path}: cannot be written; is the folder writable, and is there room?"
@@ -94,6 +95,23 @@ def video_writer(
         opened.settle()
     finally:
         opened.close()
+
+
+@contextmanager
+def _in_pieces(path: Path) -> Iterator[Path]:
+    """The name under which FFmpeg opens a file that can be read without its end.
+
+    FFmpeg chooses the container by the name, and puts the index of an .mp4 last.  An
+    .ismv is the same container in pieces, each with its index; once it is open it gets
+    the name that was asked for.  Windows renames no open file.
+    """
+    if path.suffix.lower() != ".mp4" or os.name == "nt":
+        yield path
+        return
+    pieces = path.with_name(f".{path.stem}-{os.getpid()}.ismv")
+    yield pieces
+    if pieces.exists():
+        pieces.replace(path)
 
 
 @contextmanager
