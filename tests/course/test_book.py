@@ -357,6 +357,19 @@ def test_a_key_follows_code_packages_and_data_but_not_text(monkeypatch):
     assert len(set(keys)) == len(keys) == 6
 
 
+def test_of_the_code_that_a_chapter_reaches_all_but_comments_is_in_its_key(
+    tmp_path, monkeypatch
+):
+    texts = "x = 1\n", "x = 1  # one\n", "x = 2\n"
+    keys = []
+    for name, text in zip("abc", texts, strict=True):
+        (tmp_path / f"{name}.py").write_text(text)
+        reached = {tmp_path / f"{name}.py"}
+        monkeypatch.setattr(depends, "reachable", lambda files, all=reached: all)
+        keys.append(depends.of_chapter(cells("import mkt")))
+    assert keys[0] == keys[1] != keys[2]
+
+
 def test_a_template_beside_a_module_counts_as_its_code_does():
     files = depends.reachable(depends.named_in(cells("import mkt\nmkt.show")))
     assert PACKAGE / "figures" / "static_panel.html" in depends.beside(files)

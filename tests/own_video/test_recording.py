@@ -10,6 +10,7 @@ import subprocess
 import sys
 import weakref
 from dataclasses import dataclass, field
+from itertools import count
 from typing import Any
 
 import cv2
@@ -24,6 +25,7 @@ from mkt.own_video.settings import Settings
 from mkt.plotting import CURRENT, DESIRED
 from mkt.regions import corners, from_box, to_box
 from mkt.sequences.video import VideoFile
+from mkt.sequences.writing import Writer
 from mkt.trackers import by_name
 from mkt.tracking import Sequence
 from tests.own_video import films
@@ -425,6 +427,18 @@ def test_files_are_closed_when_something_breaks(tmp_path):
     with pytest.raises(ZeroDivisionError):
         record(broken, 9, tmp_path / "x.avi")
     assert len(VideoFile(tmp_path / "x.avi")) == len(table(tmp_path / "x.csv")) == 5
+
+
+def test_a_single_frame_that_was_lost_on_the_way_is_said(tmp_path, monkeypatch):
+    write, numbers = Writer.write, count()
+
+    def forgetful(self, picture):
+        if next(numbers) != 4:
+            write(self, picture)
+
+    monkeypatch.setattr(Writer, "write", forgetful)
+    with pytest.raises(OSError, match="only 8 of 9 frames could be written"):
+        record(Still(), 9, tmp_path / "x.avi")
 
 
 @pytest.mark.parametrize("ending", [".csv", ".txt"])

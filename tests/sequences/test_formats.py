@@ -5,13 +5,15 @@ import itertools
 import numpy as np
 import pytest
 
-from mkt.regions import corners
+from mkt.regions import corners, to_box
 from mkt.sequences.formats import bobot, mot, mot_main, otb, video, vot
 from mkt.sequences.video import ImageFolder
 from tests.sequences.written import (
     BOX,
+    HEIGHT,
     ONE_BASED,
     REGION,
+    WIDTH,
     bobot_folder,
     bobot_row,
     mot_folder,
@@ -125,6 +127,11 @@ def test_bobot_four_columns_under_header(tmp_path):
     for row in (bobot_row(0)[2:], numbers(BOX, " ")):
         clip = bobot(bobot_folder(tmp_path, "# x y w h", row, n=1))
         np.testing.assert_allclose(clip.truth, [REGION], atol=1e-3)
+
+
+def test_bobot_whole_image_under_header(tmp_path):
+    clip = bobot(bobot_folder(tmp_path, "# x y w h", "0 0 1 1", n=1))
+    np.testing.assert_allclose(to_box(clip.truth[0]), [0, 0, WIDTH, HEIGHT])
 
 
 def test_bobot_corners_without_header(tmp_path):

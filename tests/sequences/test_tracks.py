@@ -89,14 +89,17 @@ def test_what_we_write_is_read_again(data, tmp_path, ending):
     truth = found.sequence().truth
     turned = truth + [0, 0, 0.3 * (ending == ".csv"), 0, 0]
     lost = np.array([False, False, True, False])
+    score = np.array([1, 0.9876, 0.1234, 4.321e-5])
     path = tmp_path / f"mine{ending}"
-    tracks.write(Track(turned, np.ones(4), lost, {}), path, found.first)
+    tracks.write(Track(turned, score, lost, {}), path, found.first)
     track, clip = tracks.read(path, found)
     assert track.lost.tolist() == lost.tolist()
     kept = ~lost if ending == ".txt" else np.ones(4, bool)
     assert np.allclose(track.regions[kept], turned[kept], atol=1e-3)
+    rows = np.loadtxt(path, delimiter=",", skiprows=int(ending == ".csv"))
+    assert np.allclose(rows[:, 6], score[kept], rtol=1e-3, atol=0)
     if ending == ".txt":
-        assert np.loadtxt(path, delimiter=",")[:, 0].tolist() == [2, 3, 5]
+        assert rows[:, 0].tolist() == [2, 3, 5]
 
 
 @pytest.mark.parametrize(
