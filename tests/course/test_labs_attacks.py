@@ -171,6 +171,21 @@ def test_no_harm_is_done_from_inside_of_the_box(name, places):
 
 
 @boxed
+def test_a_library_below_tmp_can_be_read_in_the_box_and_not_written(
+    tmp_path, monkeypatch
+):
+    """The box has a /tmp of its own, which must not hide a clone that is there."""
+    monkeypatch.setattr(sandbox, "DATA", tmp_path)
+    (tmp_path / "table").write_text("known")
+    words = f"cat {tmp_path}/table; touch {tmp_path}/new || echo ', refused'"
+    done = subprocess.run(
+        sandbox.boxed(["sh", "-c", words]), capture_output=True, text=True
+    )
+    assert done.stdout == "known, refused\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["table"]
+
+
+@boxed
 def test_nothing_outlives_the_box():
     mark = f"mkt-{os.getpid()}-outlives"
     source = f"""
