@@ -10,13 +10,13 @@ from contextlib import contextmanager
 import pytest
 from playwright.sync_api import Error, sync_playwright
 
+from mkt.course.doctor import BROWSERS
 from mkt.files import BUILD
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "msedge")
 PICTURES = BUILD / "screenshots"
 NONE = (
-    "no browser here: install chromium with the system's packages, or "
-    "`playwright install chromium`"
+    "no browser here: install chromium-headless-shell or chromium with the system's "
+    "packages, or `playwright install chromium`"
 )
 
 
@@ -31,7 +31,7 @@ def driver():
 @contextmanager
 def launched(driver, *arguments):
     """A running Chromium with some arguments of the command line."""
-    found = next(filter(None, map(shutil.which, NAMES)), None)
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
     root = hasattr(os, "getuid") and os.getuid() == 0
     try:
         running = driver.chromium.launch(

@@ -1,6 +1,6 @@
 """JupyterLab as a reader has it on the screen.
 
-`serving` starts it, a `Chapter` is one open notebook, a `Slider` one control of a
+`serving` starts it, a `Notebook` is an open one, a `Slider` one control of a
 figure.
 """
 
@@ -28,12 +28,13 @@ HASH = """async (image) => {
   const digest = await crypto.subtle.digest("SHA-256", picture);
   return [...new Uint8Array(digest)].join(" ");
 }"""
-LIVE_HASH = """async (figure) => {
+LIVE_HASH = """async (figure, settled) => {
   const wait = (time) => new Promise((next) => setTimeout(next, time));
   const all = [...figure.querySelectorAll("canvas")];
   const look = () => all.map((each) => each.toDataURL());
+  const busy = () => figure.querySelector("[aria-busy=true]");
   let [before, now] = [[], look()];
-  while (`${before}` !== `${now}` || figure.querySelector("[aria-busy=true]")) {
+  while (settled && (`${before}` !== `${now}` || busy())) {
     await wait(300);
     [before, now] = [now, look()];
   }
@@ -139,7 +140,7 @@ def _wait_for(port, server, log, end):
             time.sleep(0.2)
 
 
-class Chapter:
+class Notebook:
     """A notebook, opened in a page of a browser."""
 
     def __init__(self, page, address, notebook):
@@ -205,30 +206,30 @@ class Control:
         self._live = figure.locator("canvas").count() > 0
 
     def picture(self, other_than=None, timeout=60):
-        """The fingerprint of the picture.
+        """The fingerprint of the picture, once it has come to rest.
 
         Waits at most `timeout` [s] for one that is another.
         """
-        return self._awaited(lambda now: now != other_than, timeout)
+        return self._awaited(lambda now: now != other_than, timeout, settled=True)
 
     def picture_again(self, before, timeout=60):
         """The fingerprint of the picture, once it is an earlier one again.
 
         On its way back a slider may show others.  Waits at most `timeout` [s].
         """
-        return self._awaited(lambda now: now == before, timeout)
+        return self._awaited(lambda now: now == before, timeout, settled=False)
 
-    def _awaited(self, is_there, timeout):
+    def _awaited(self, is_there, timeout, settled):
         end = time.monotonic() + timeout
-        fingerprint = self._fingerprint()
+        fingerprint = self._fingerprint(settled)
         while not is_there(fingerprint) and time.monotonic() < end:
             self._figure.page.wait_for_timeout(50)
-            fingerprint = self._fingerprint()
+            fingerprint = self._fingerprint(settled)
         return fingerprint
 
-    def _fingerprint(self):
+    def _fingerprint(self, settled):
         if self._live:
-            return self._figure.evaluate(LIVE_HASH)
+            return self._figure.evaluate(LIVE_HASH, settled)
         return self._figure.locator("img").first.evaluate(HASH)
 
 

@@ -27,11 +27,11 @@ def opened(browser, tmp_path_factory, pictures):
     nbformat.write(notebook, folder / "controls.ipynb")
     with jupyterlab.serving(folder) as address:
         page = browser.new_page(viewport={"width": 1400, "height": 2200})
-        chapter = jupyterlab.Chapter(page, address, folder / "controls.ipynb")
-        chapter.run_all(120)
-        yield chapter
+        notebook = jupyterlab.Notebook(page, address, folder / "controls.ipynb")
+        notebook.run_all(120)
+        yield notebook
         page.screenshot(path=pictures / "jupyterlab-controls.png")
-        chapter.close()
+        notebook.close()
 
 
 @pytest.mark.parametrize(
