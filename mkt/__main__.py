@@ -17,18 +17,18 @@ STOPPED = "\nStopped.  Nothing is half made; the next run takes up what is missi
 
 
 def prepare():
-    """Set what is the program's to set, and not the library's."""
+    """Set what the program should set, and not the library."""
     # What `timeout`, a batch system or a container sends is Ctrl-C to us.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # any name can be printed
-    # What OpenCV and FFmpeg would remark on stderr, our errors say in a sentence.
+    # Our own errors say in a sentence what OpenCV and FFmpeg would write to stderr.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 
 
 def main():
-    """Check the Python and the words, see to the environment, run the command in it.
+    """Check Python and the command line, make the environment, run the command in it.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def main():
         if environment.is_by_hand() or environment.is_current():
             return cli.run(args)
         if args.command == "doctor" and not environment.is_made():
-            return cli.run(args)  # it is asked for where the set-up fails
+            return cli.run(args)  # people need it where the set-up fails
         environment.ensure()
         return environment.become([str(environment.PYTHON), "-m", "mkt", *sys.argv[1:]])
 

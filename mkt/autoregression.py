@@ -27,17 +27,17 @@ SAME = 0, 0, 1, 2  # x and y, which no axis of an image tells apart, share their
 class AutoRegression:
     """The model of the module's text, a motion model for a `ParticleFilter`.
 
-    The numbers are of the place, in sqrt(hx hy) a frame, of the orientation [rad a
-    frame] and of the logarithm of the size.  `learnt` finds them.
+    The three numbers of a field belong to the place, in sqrt(hx hy) a frame, to the
+    orientation [rad a frame] and to the logarithm of the size.  `learnt` finds them.
 
     Parameters
     ----------
     phi : tuple of three float
         Share of a change that is kept from one frame to the next.
     sigma : tuple of three float
-        Standard deviations of what is new.
+        Standard deviations of the noise w.
     spread : tuple of three float
-        Standard deviations of a change, with which particles start.
+        Standard deviations of the random change with which each particle starts.
     """
 
     phi: tuple[float, float, float]
@@ -79,15 +79,15 @@ def learnt(tracks: Iterable[Regions], loosen: float = 1.0) -> AutoRegression:
     """The model of some tracks, by least squares: the equation of Yule and Walker.
 
     phi = sum u_t u_(t-1) / sum u_(t-1)^2 for the changes u, but at most 1, beyond which
-    changes would grow without end; sigma^2 the mean square of what it leaves.
+    changes would grow without end; sigma^2 is the mean square of the residuals.
 
     Parameters
     ----------
     tracks : iterable of (T, 5) arrays [px, rad]
         Each of at least three frames, without NaN.
     loosen : float
-        Factor on sigma.  Truth is smoother than what a filter needs, whose few
-        particles must also make good their own errors.
+        Factor on sigma.  A filter needs more noise than the true tracks show, because
+        its few particles must also correct their own errors.
     """
     moves = [(u[:-1], u[1:]) for u in map(changes, tracks)]
     before, after = (_pooled(np.concatenate(side)) for side in zip(*moves, strict=True))
@@ -99,7 +99,7 @@ def learnt(tracks: Iterable[Regions], loosen: float = 1.0) -> AutoRegression:
 
 
 def _pooled(changes: Array) -> list[Array]:
-    """The columns (n, 4), x and y in one."""
+    """The columns of changes (n, 4), those of x and y joined into one."""
     return [changes[:, :2].ravel(), changes[:, 2], changes[:, 3]]
 
 
@@ -108,6 +108,6 @@ def _deviations(columns: Iterable[Array]) -> tuple[float, float, float]:
 
 
 def _three(numbers: Iterable[float]) -> tuple[float, float, float]:
-    """Three numbers, in so many digits as tables and cache keys need."""
+    """Three numbers, with as many digits as tables and cache keys need."""
     first, second, third = (float(f"{number:.4g}") for number in numbers)
     return first, second, third

@@ -130,7 +130,7 @@ def finite(region: Region) -> Region:
     Raises
     ------
     ValueError
-        Where it is not finite, which no later step could mend.
+        Where it is not finite, which no later step could repair.
     """
     if not np.isfinite(region).all():
         raise ValueError(

@@ -36,11 +36,11 @@ class BinImage:
     others : tuple of arrays like labels
         Further bins of the same pixels, with numbers of their own in 0 ... m - 1.
     shares : (m,) float32 array, optional
-        What a pixel counts for in each bin; 1 without it.
+        The weight of a pixel in each bin; 1 by default.
     compasses : tuple of (int, int)
-        The first bin and the number of those that are directions in the image, the full
-        circle clockwise from the x axis.  A region counts them from its own x axis:
-        they turn with the object.
+        For each group of bins that are directions in the image, its first bin and the
+        number of its bins.  They cover the full circle, clockwise from the x axis.  A
+        region counts them from its own x axis, so that they turn with the object.
     origin : (x, y) [px]
         Where in the frame the first pixel lies, for an image of a part of it.
     pitch : int [px]
@@ -49,8 +49,8 @@ class BinImage:
     Raises
     ------
     ValueError
-        For another shape or type, and for a number beyond m, which would be counted in
-        foreign memory.
+        For another shape or type, and for a bin number that is too large, which would
+        be counted in memory that belongs to something else.
 
     Examples
     --------
@@ -273,16 +273,16 @@ class JointHSV:
 class Joined:
     """Several kinds of bins side by side: each pixel has a share of its vote in each.
 
-    The histogram of the whole is that of the parts, one behind the other, each times
-    its share w_b.  So the Bhattacharyya coefficient is sum_b w_b rho_b, and O(x) of (6)
-    in [T09] is sum_b w_b O_b(x): the sum over the bin images; the normal equations of
-    its step (9) are the sums of theirs.
+    The whole histogram consists of the histograms of the parts, one behind the other,
+    each multiplied by its share w_b.  So the Bhattacharyya coefficient is sum_b w_b
+    rho_b, and O(x) of (6) in [T09] is sum_b w_b O_b(x): the sum over the bin images;
+    likewise the normal equations of its step (9) are the sums of those of the parts.
 
     Parameters
     ----------
     parts : tuple of Bins
     shares : tuple of float
-        Of each part, not negative and not all 0; only their ratios count.
+        The share of each part, not negative and not all 0; only their ratios count.
 
     Raises
     ------
@@ -316,7 +316,7 @@ class Joined:
 
     @cached_property
     def _votes(self) -> NDArray:
-        """What a pixel counts for in each bin, (m,)."""
+        """The weight of a pixel in each bin, (m,)."""
         shares = np.array(self.shares) / sum(self.shares)
         return np.repeat(shares, [part.m for part in self.parts]).astype(np.float32)
 

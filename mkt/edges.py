@@ -1,12 +1,12 @@
 """From edges to bins: which way the brightness rises at every pixel.
 
 The second kind of bin image beside colours (`mkt.colors`).  The direction of the
-gradient hardly depends on the strength or the colour of the light, and it says where
-an object has its structure: where its colours are those of the background, its edges
-need not be.
+gradient hardly depends on the strength or the colour of the light, and it shows the
+structure of an object: an object that has the colours of the background can still have
+other edges.
 
-A pixel has its direction in the image; a region counts it from its own x axis
-(`turned`), so that the directions of an object turn with it.
+The direction at a pixel is measured in the image; a region counts it from its own x
+axis (`turned`), so that the directions of an object turn with it.
 
 Explained in notebook 15.
 """
@@ -41,7 +41,7 @@ class EdgeBins:
 
     Examples
     --------
-    A rise to the right, in the first of eight sectors; beside it nothing.
+    A rise to the right is in the first of eight sectors; beside it the image is flat.
 
     >>> frame = np.zeros((3, 9, 3), np.uint8)
     >>> frame[:, 4:] = 100

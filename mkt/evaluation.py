@@ -1,6 +1,6 @@
 """How well a track fits the truth.
 
-Overlap and errors of a frame, then the numbers that benchmarks make of a whole run:
+Overlap and errors for each frame, then the numbers that benchmarks make of a whole run:
 
 * `true_positives`, (19) of [C14]: the share of frames whose overlap exceeds T_lim, with
   or without the frames in which the target is hidden;
@@ -10,9 +10,10 @@ Overlap and errors of a frame, then the numbers that benchmarks make of a whole 
   started again, and its failures are counted;
 * `evaluate`: all numbers of a run at once.
 
-A frame is scored where the target is seen, the first one excepted, where the tracker
-was told.  Everything over frames has the length T of the sequence; what is not scored
-is NaN. Overlap and errors are explained in notebook 02, the rest in notebook 14.
+A frame is scored if the target is seen in it, except for the first frame, in which the
+tracker was told the region.  Every series over frames has the length T of the sequence,
+and is NaN in frames that are not scored.  Overlap and errors are explained in notebook
+02, the rest in notebook 14.
 """
 
 from typing import NamedTuple
@@ -36,7 +37,7 @@ LAST = 10  # frames that say whether a target was lost in the end
 
 
 class Errors(NamedTuple):
-    """Errors of regions against the truth, NaN where the truth is.
+    """Errors of regions against the truth, NaN where the truth is NaN.
 
     Attributes
     ----------
@@ -70,7 +71,7 @@ def overlap(regions: ArrayLike, truth: ArrayLike, upright: bool = False) -> Arra
 
     Examples
     --------
-    The same; half beside it; half of it.
+    The same region; one that lies half beside it; one that is half of it.
 
     >>> truth = [[50, 40, 0, 20, 10], [70, 40, 0, 20, 10], [50, 40, 0, 10, 10]]
     >>> overlap([50, 40, 0, 20, 10], truth).round(3)
@@ -106,7 +107,7 @@ def errors(regions: ArrayLike, truth: ArrayLike) -> Errors:
 
 
 def scored_frames(clip: Sequence) -> NDArray:
-    """Which frames of a clip count, (T,) bool: where the target is seen, after 0."""
+    """Which frames of a clip count, (T,) bool: after frame 0, if the target is seen."""
     seen = clip.visibility > SEEN
     seen[0] = False
     return seen
@@ -158,7 +159,7 @@ def success(iou: ArrayLike, limits: ArrayLike = LIMITS) -> Array:
     """The success curve of OTB: the share of seen frames that exceed each limit.
 
     Its mean over the limits is what OTB calls the area under the curve; a perfect track
-    has 20 / 21, for no overlap exceeds 1.
+    has 20 / 21, because no overlap exceeds 1.
 
     Parameters
     ----------
@@ -185,11 +186,11 @@ def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
         area : under the success curve.
         position [px], orientation [deg], scale [log] : means without sign.
         shrunk : the share of frames with less than half of the true area.
-        lost, failed : 1 when none of the last ten scored frames is a hit, or none is
-        one with the orientation right to 45 degrees.
-        silent, false_alarms : how often the tracker did not say "lost" though it
-        missed, of the misses; how often it did though it hit, of the hits; NaN without
-        any.
+        lost, failed : 1 when none of the last ten scored frames is a hit, or none is a
+        hit whose orientation is right to 45 degrees.
+        silent, false_alarms : the share of the misses in which the tracker did not say
+        "lost", and the share of the hits in which it did; NaN without misses or without
+        hits.
     """
     every, scored = overlaps(track.regions, clip), scored_frames(clip)
     iou = every[scored]
@@ -226,7 +227,7 @@ class Restarted(NamedTuple):
     overlap : (T,) array
         NaN where nothing was judged.
     starts, failures : list of int
-        Their frames.
+        The frames in which the tracker was started, and in which it failed.
     """
 
     overlap: Array

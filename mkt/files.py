@@ -40,10 +40,10 @@ def is_clone() -> bool:
 
 @contextmanager
 def in_one_piece() -> Iterator[None]:
-    """Hold back Ctrl-C and the like until the ``with`` ends, then let them strike.
+    """Hold back Ctrl-C and the like until the ``with`` ends, then let them act.
 
-    For steps that belong together, such as a frame and its row.  In a thread nothing
-    is held back, because signals strike the main one alone.
+    For steps that belong together, such as a frame and its row.  In a thread nothing is
+    held back, because signals reach only the main thread.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -66,10 +66,10 @@ def in_one_piece() -> Iterator[None]:
 def whole(path: str | os.PathLike) -> Iterator[Path]:
     """A place beside a file to write to, which takes its name when the ``with`` ends.
 
-    Nobody ever reads half of the file, and an old one stays till then.  Whoever else
-    writes the same file at the same time does not matter: the last one to finish
-    stands.  When the writing fails or is interrupted, nothing is left.  What has its
-    name is on the disk, so that it survives a power cut too.
+    No reader ever finds half of the file, and an old file of this name stays until
+    then.  Several programs may write the same file at the same time: the last one to
+    finish wins.  When the writing fails or is interrupted, nothing is left.  A file
+    that has got its name is on the disk, so that it survives a power cut too.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
 
 def flush(path: Path) -> None:
     """Wait until a file, or the names in a folder, are on the disk.  Raises OSError."""
-    # Windows wants the right to write for it, which nobody has for a folder.
+    # Windows asks for the right to write, which nobody has for a folder.
     descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
     try:
         os.fsync(descriptor)
@@ -114,7 +114,7 @@ def flush(path: Path) -> None:
 def named(path: str | os.PathLike) -> Iterator[None]:
     """Make an OSError say which file could not be written, and what to do.
 
-    Python's own "No space left on device" names none.
+    Python's own "No space left on device" names no file.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def _elsewhere(path: Path) -> str:
 def alone(lock: Path, what: str) -> Iterator[None]:
     """Let one program at a time do what is inside the ``with``; the others wait.
 
-    The system frees the lock of a program that ends in whatever way.
+    The system frees the lock when the program ends, however it ends.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ class DataError(ValueError):
     def __str__(self) -> str:
         path, what, remedy, line = self.args
         place = path if line is None else f"{path}, line {line}"
-        # One line a message, whatever stands in a name.
+        # Each message is one line, whatever characters a name contains.
         return " ".join(f"{place}: {what}; {remedy}".splitlines())
 
     def _render_traceback_(self) -> list[str]:
@@ -222,8 +222,8 @@ def written_path(path: str | os.PathLike) -> Path:
     Raises
     ------
     DataError
-        When it names nobody's home, or holds what is no text: OpenCV's C code ends the
-        program for such a name.
+        When it names the home of an unknown user, or contains something that is no
+        text: for such a name OpenCV's C code ends the program.
     """
     try:
         os.fspath(path).encode()
@@ -241,7 +241,7 @@ def written_path(path: str | os.PathLike) -> Path:
 
 
 def new_file(path: str | os.PathLike) -> Path:
-    """The path of a file that is to be written, looked at before the long work.
+    """The path of a file that is to be written, checked before the long work.
 
     Raises
     ------

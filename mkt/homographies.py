@@ -1,8 +1,9 @@
 """Homographies: how a plane in space is seen, and the group that they form.
 
 A *homography* is a matrix (3, 3) that takes the canonical square of `mkt.regions` to
-the image, (x, y, 1) -> w (u, v, 1), with 1 as its last element.  A region is one of
-them whose last row is (0, 0, 1): what looks an object up in a frame takes either.
+the image, (x, y, 1) -> w (u, v, 1), with 1 as its last element.  A region is a
+homography whose last row is (0, 0, 1), so every function that looks an object up in a
+frame takes either of them.
 
 Its motions are generators of sl(3), matrices without trace, in the *object plane* of
 `mkt.kernels`, where the object is not stretched.  They stand in an order in which the

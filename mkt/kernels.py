@@ -49,14 +49,15 @@ class Kernels:
         with centres at +-(W/2 - h), +-(H/2 - h): supports that leave the object make a
         tracker shrink.
     elliptic : bool
-        Kernels stretched with the object instead of round ones.  For "ellipse" the
-        radius a = sqrt(Hx^2 + Hy^2) printed under (3) of [N03], or the elliptic radius.
+        Kernels stretched with the object instead of round ones.  For "ellipse" it is
+        the elliptic radius instead of the radius a = sqrt(Hx^2 + Hy^2) printed under
+        (3) of [N03].
     aspect : float, optional
         hx / hy of the object; `fitted` takes it from a region.  Without it there are no
         arrays.
     samples : int
-        About how many points.  Fewer are faster; more lower the sampling floor and
-        steady an optimiser.
+        About how many sample points there are.  Fewer are faster; more of them lower
+        the sampling floor and steady an optimiser.
 
     Raises
     ------
@@ -246,7 +247,7 @@ class Kernels:
 
 @lru_cache(maxsize=64)
 def _shared(kernels: Kernels) -> Kernels:
-    """The one of all equal configurations whose arrays are there already."""
+    """Of all equal configurations, the one whose arrays are computed already."""
     return kernels
 
 

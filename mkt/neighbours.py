@@ -1,9 +1,10 @@
 """Bins that know their neighbours: what a colour just beyond a border is worth.
 
-To Bhattacharyya's coefficient two bins are different, however near their colours lie: a
-lamp that turns red by some degrees moves all pixels into the next bin, and nothing is
-alike.  Three remedies, each of which gives a squared distance in [0, 1] like d^2 = 1 -
-rho, so that a filter can take any (`mkt.trackers.neighbours`):
+To Bhattacharyya's coefficient two bins are different, however near their colours lie:
+when the light turns red by some degrees, all pixels move into the next bin, and the two
+histograms have nothing in common.  Three remedies, each of which gives a squared
+distance in [0, 1] like d^2 = 1 - rho, so that a filter can take any
+(`mkt.trackers.neighbours`):
 
 * *soft assignment*: each pixel votes in several bin images whose borders are moved by
   parts of a bin (Scott's averaged shifted histogram); no tracker has to be changed;
@@ -141,7 +142,7 @@ def circular_emd(p: ArrayLike, q: ArrayLike) -> Array:
 
     Examples
     --------
-    A quarter turn; across the place where hue begins; the other side.
+    A quarter turn; an eighth, across the place where hue begins; half a turn.
 
     >>> p = np.eye(8)
     >>> circular_emd(p[[2, 7, 4]], p[0])

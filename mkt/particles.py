@@ -24,7 +24,8 @@ class Particles(NamedTuple):
     ----------
     regions : (N, 5) array [px, rad]
     velocities : (N, 2) array [px a frame]
-        Or what else a motion model carries from frame to frame, a row for each.
+        Or whatever else a motion model carries from frame to frame, one row for each
+        particle.
     """
 
     regions: Regions
@@ -100,9 +101,10 @@ class EllipseMotion:
     """s_t = A s_(t-1) + w for s = (x, y, vx, vy, Hx, Hy, va), (9) of [N03].
 
     The velocity is constant and so is the change of scale: va is the change of a =
-    sqrt(Hx^2 + Hy^2) in a frame.  How it enters Hx and Hy is not printed; linear, and
-    true to the aspect, is Hx += (Hx0 / a0) va and Hy += (Hy0 / a0) va, with the half
-    axes of the start.  w is Gaussian.  The paper prints no numbers: these are ours.
+    sqrt(Hx^2 + Hy^2) in a frame.  How it enters Hx and Hy is not printed; we take Hx +=
+    (Hx0 / a0) va and Hy += (Hy0 / a0) va, with the half axes of the start, which is
+    linear and keeps the aspect.  w is Gaussian.  The paper prints no numbers: these are
+    ours.
 
     Parameters
     ----------
@@ -188,7 +190,7 @@ def normalised(log_weights: ArrayLike) -> Array:
 def effective_sample_size(weights: ArrayLike) -> float:
     """N_eff = 1 / sum w^2 in [1, N], (5) of [C14].
 
-    Its formula as our copy reads it lacks the square, which its Algorithm 2 has.
+    In our copy of the paper the formula lacks the square, which Algorithm 2 has.
 
     Parameters
     ----------
@@ -246,7 +248,7 @@ def covariance(regions: Regions, weights: Array, mean: Region) -> Array:
 
 
 def independent_positions(n: int, rng: Rng) -> Array:
-    """N positions in [0, 1), each drawn for itself."""
+    """N positions in [0, 1), each drawn independently."""
     return rng.random(n)
 
 
@@ -273,7 +275,7 @@ def stratified(weights: ArrayLike, rng: Rng) -> NDArray:
 
     Examples
     --------
-    Who weighs twice its share has two children.
+    A particle that weighs twice its share has two children.
 
     >>> rng = np.random.default_rng(0)
     >>> stratified([0.5, 0.0, 0.25, 0.25], rng).tolist()
@@ -345,9 +347,9 @@ def resample_if_degenerate(
     Returns
     -------
     ancestors : (N,) int array
-        Each particle itself, where nothing is drawn.
+        Each particle is its own ancestor where nothing is drawn.
     weights : (N,) array
-        Equal ones after a draw, else as they were.
+        They are equal after a draw, and otherwise unchanged.
     """
     n = len(weights)
     if effective_sample_size(weights) < share * n:

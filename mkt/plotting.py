@@ -67,8 +67,8 @@ STYLE: dict[Any, Any] = {
     "axes.spines.right": False,
     "axes.grid": False,
     "image.interpolation": "nearest",
-    # Titles that look for their height measure every tick: an eighth of the time of a
-    # slider's step.
+    # A title that finds its own height measures every tick, which takes an eighth of
+    # the time of a slider's step.
     "axes.titley": 1.0,
     # Fixed margins: a layout engine would draw everything twice, and a slider would
     # feel it.
@@ -115,7 +115,7 @@ def show_frame(ax: Axes, frame: Frame, title: str = "") -> None:
 
 
 def pale(frame: Frame) -> Frame:
-    """A frame half way to white, for what is drawn on it to stand out."""
+    """A frame half way to white, so that what is drawn on it stands out."""
     return 255 - (255 - frame) // 2
 
 
@@ -124,7 +124,7 @@ def draw_region(
 ) -> None:
     """Outline a region (5,) [px, rad], with a tick towards its right side.
 
-    So its angle shows.
+    The tick shows its angle.
     """
     draw_box(ax, region, color, **style)
     tick = np.stack([np.asarray(region)[:2], corners(region)[1:3].mean(0)])

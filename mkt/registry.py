@@ -16,8 +16,8 @@ from typing import Any
 class Registry(Mapping):
     """A mapping {name: entry} that says which names it knows.
 
-    It refuses a name twice, and lists its names when asked for one that it does not
-    have.
+    It refuses a name that is taken, and lists its names when it is asked for one that
+    it does not have.
 
     Parameters
     ----------
@@ -76,12 +76,12 @@ class Registry(Mapping):
             try:
                 import_all(package)
             except BaseException:
-                self._package = package  # half of it is not all of it
+                self._package = package  # not all were imported
                 raise
 
 
 class UnknownName(KeyError, ValueError):  # KeyError is what a Mapping raises
-    """A name that a registry does not have, told with similar ones and all of them."""
+    """A name that a registry does not have; the message lists similar ones and all."""
 
     def __str__(self) -> str:
         kind, name, known = self.args

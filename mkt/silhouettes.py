@@ -1,9 +1,9 @@
 """The shape of a target, seen in its first frame, as weights of a kernel's samples.
 
-A rectangle counts what lies in a hole and between limbs: background, which is another
-one in the next frame.  `grabbed` and `by_colour` look for the target inside the region,
-as an image of the canonical square, 1 where it is; `Silhouette` is a kernel that looks
-nowhere else.
+A rectangle also counts what lies in a hole and between limbs.  That is background,
+which changes from frame to frame.  `grabbed` and `by_colour` look for the target inside
+the region, as an image of the canonical square, 1 where it is; `Silhouette` is a kernel
+that looks nowhere else.
 
 Explained in notebook 17.
 """
@@ -74,7 +74,7 @@ def masked(kernels: Kernels, mask: ArrayLike) -> Silhouette:
 def patch(frame: Frame, region: ArrayLike, around: float = AROUND) -> Frame:
     """The square round a region, upright and SIDE `around` pixels wide: (n, n, 3).
 
-    Beyond the image its border goes on.
+    Beyond the image the pixels of its border are repeated.
     """
     n = round(SIDE * around)
     to_canonical = np.array([[2 / SIDE, 0, 0], [0, 2 / SIDE, 0], [0, 0, 1.0]])
@@ -87,8 +87,8 @@ def patch(frame: Frame, region: ArrayLike, around: float = AROUND) -> Frame:
 def grabbed(frame: Frame, region: ArrayLike) -> NDArray:
     """The target by grab-cut (Rother, Kolmogorov and Blake, 2004), from OpenCV.
 
-    What lies outside the region is known to be background.  Where it finds less than a
-    twentieth, all of the region counts.
+    What lies outside the region is known to be background.  If grab-cut finds less than
+    a twentieth of the region, all of the region counts.
 
     Parameters
     ----------

@@ -101,7 +101,7 @@ class Source(Protocol):
 
 
 class Track(NamedTuple):
-    """What a tracker said, frame by frame; frame 0 is the region it was started on.
+    """What a tracker found, frame by frame; frame 0 is the region it was started on.
 
     Attributes
     ----------
