@@ -2,10 +2,11 @@
 
 Ellipses as particles, a model that learns, and a way to wait for the target.
 
-A frame while *tracking* is Figure 1 of the paper: `select`, `propagate`, `observe`,
-`estimate`; then the model is `updated`.  When for a couple of frames too few particles
-appear to be the target (`mkt.trackers.appearance`), the mode is *initialising*: every
-frame places particles anew where the target may come, until enough of them appear.
+While *tracking*, each frame is processed as in Figure 1 of the paper: `select`,
+`propagate`, `observe`, `estimate`; then the model is `updated`.  When for a couple of
+frames too few particles appear to be the target (`mkt.trackers.appearance`), the mode
+is *initialising*: every frame places particles anew where the target may come, until
+enough of them appear.
 """
 
 from dataclasses import dataclass
@@ -67,7 +68,7 @@ class Model(NamedTuple):
     q : (m,) array
         The histogram.
     half_axes : (2,) array [px]
-        Those that it was learnt with.
+        The half axes that it was learnt with.
     """
 
     q: NDArray
@@ -92,7 +93,7 @@ class AdaptiveState(NamedTuple):
         The last estimate.
     mode : str
     missing : int
-        For how many frames on end too few particles appeared.
+        For how many frames in a row too few particles appeared.
     """
 
     model: Model
@@ -121,7 +122,7 @@ class Adaptive:
     motion : EllipseMotion
         The prediction.
     alpha : float
-        Share of a frame in the model, 0 for a model that stays.
+        Share of each frame in the model; 0 for a model that never changes.
     rho_min : float
         The model is updated where the coefficient of the mean state exceeds it, see
         `equivalent_rho`.
@@ -173,7 +174,7 @@ class Adaptive:
         return Model(q, region[3:])
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> AdaptiveState:
-        """Start by hand or where a detector says: learn the model, spread particles."""
+        """Start where a user or a detector says: learn the model, spread particles."""
         model, region = self.learn(frame, region), upright(region)
         image, half_axes = self.bins(frame), model.half_axes
         around = background(self.disc, image, half_axes, without=region)
@@ -289,7 +290,7 @@ class Adaptive:
     ) -> tuple[Model, float]:
         """The model after (11) and (12), and the coefficient of the mean state.
 
-        It is the same one where the condition fails.
+        The model stays the same where the condition fails.
         """
         p = self.disc.histograms(image, region[None])[0]
         rho = float(coefficient(p, model.q))

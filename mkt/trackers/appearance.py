@@ -1,4 +1,4 @@
-"""Is it there, and where to wait for it: Section 6 of [N03].
+"""Whether the target is there, and where to wait for it: Section 6 of [N03].
 
 The appearance condition, and the placing of particles.
 
@@ -86,7 +86,7 @@ def place(
     n: int,
     rng: Rng,
 ) -> Array:
-    """Where the target may appear, the zones taking turns.
+    """Places where the target may appear, taken from the zones in turn.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def _in_zone(zone: Zone, size: Array, half_axes: Array, n: int, rng: Rng) -> Arr
 
 
 def _along_borders(size: Array, half_axes: Array, n: int, rng: Rng) -> Array:
-    """Centres (n, 2) in a band along the sides, as many a pixel of border on each."""
+    """Centres (n, 2) in a band along the sides, equally many for each pixel of side."""
     centres = rng.uniform(0, size - 1, (n, 2))
     depth = rng.uniform(0, BAND, (n, 2)) * half_axes
     vertical = rng.random(n) < size[1] / size.sum()

@@ -30,7 +30,7 @@ def add(name: str, tracker: Tracker, label: str) -> None:
 
 
 PFHR = HybridResampling()
-# Every pixel of the box alike, as [C14] has it.
+# Every pixel of the box has the same weight, as in [C14].
 WHOLE_BOX = Kernels("one", "uniform", span=1.5, elliptic=True, samples=400)
 SIR = ParticleFilter(
     n=200,

@@ -23,7 +23,7 @@ MARGIN = 1.0  # of the largest hypothesis' size, for an optimiser to walk in
 
 
 def fitting_pitch(kernels: Kernels, region: Region) -> int:
-    """Pixels of the frame to one of the close-up, so that samples meet pixels.
+    """How many pixels of the frame become one of the close-up, so samples meet pixels.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def close_up(
     Raises
     ------
     ValueError
-        For what is not a frame.
+        For an array that is not a frame.
     """
     frame = checked_frame(frame)
     x, y = _span(frame.shape[:2], regions, pitch)

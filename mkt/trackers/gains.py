@@ -67,8 +67,8 @@ def followed(light: Light, frame: Frame, region: Region, rate: float = 0.3) -> L
     """The light after the object was seen in a region (5,) of a frame.
 
     Its gains come nearer to what the colours say by the share `rate`.  They may also
-    stay or go back towards 1: those are taken under which the object looks most like
-    its reference.
+    stay or go back towards 1: the gains are taken under which the object looks most
+    like its reference.
     """
     pixels = _pixels(light.target, frame, region)
     told = np.median(_means(light.target, pixels) / light.colors, axis=0)

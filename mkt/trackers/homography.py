@@ -56,9 +56,10 @@ from mkt.types import Array, Frame, Region, Rng
 
 LARGEST_STEP = 0.5  # of a component, in object units, radians and log size
 SHORT = 1e-2  # a step below this ends the last pass, in the same units
-# ... and an earlier one, from which the next goes on.  On the cards of the tuning seeds
-# .05 takes 4 to 6 steps a frame where .01 takes 10 to 12, and is as exact: it converges
-# in 84 % of the starts of all kinds (.01: 82, .1: 83, .2: 75).
+# ... and a step below this ends an earlier pass, from which the next one goes on.  On
+# the cards of the tuning seeds .05 takes 4 to 6 steps a frame where .01 takes 10 to 12,
+# and is as exact: it converges in 84 % of the starts of all kinds (.01: 82, .1: 83, .2:
+# 75).
 NEARLY = 5e-2
 NEAREST = 0.3  # of the distances of the corners, as a share of that of the middle
 
@@ -87,7 +88,7 @@ def columns_at(weights: Array, slopes: Array, points: Array, k: int) -> Array:
 
 @lru_cache(maxsize=64)
 def columns(kernels: Kernels, group: str) -> Array:
-    """`columns_at` the samples of kernels, for the pairs of their `Template`."""
+    """`columns_at` the samples of kernels, for the pairs in their `Template`."""
     points = kernels.points * kernels.half_sides
     dense = columns_at(kernels.weights, kernels.slopes, points, GROUPS[group])
     pairs = template(kernels)
@@ -97,8 +98,8 @@ def columns(kernels: Kernels, group: str) -> Array:
 def step_from(target: Target, image: BinImage, homography: Array, group: str) -> Array:
     """The Gauss-Newton step (9) on the parameters of a group, (k,).
 
-    Each kernel is trusted by its likeness, rho_j^8, as in `mkt.trackers.ssd`: what is
-    hidden does not pull.
+    Each kernel is trusted according to its likeness, rho_j^8, as in `mkt.trackers.ssd`,
+    so that hidden parts of the object do not pull.
 
     Parameters
     ----------
@@ -173,11 +174,11 @@ def _last_diagonal(triangle: Array, i: int) -> float:
 
 
 def plausible(homography: Array, first: Array) -> bool:
-    """Whether a camera could see the object so, given how it was seen at first.
+    """Whether a camera could see the object like this, given how it was seen at first.
 
     No corner is at the horizon, and at its middle the object is at most four times as
-    large as then along any direction, and at least an eighth, which is a quarter of the
-    size at a tilt of 60 degrees.
+    large as at first along any direction, and at least an eighth, which is a quarter of
+    the size at a tilt of 60 degrees.
     """
     depths = SQUARE @ homography[2, :2] + homography[2, 2]
     now, then = (slope_at_middle(h) for h in (homography, first))
@@ -267,7 +268,7 @@ class PlaneSSD:
     ) -> tuple[Array, float, int]:
         """Minimise from any start (3, 3), pass after pass.
 
-        A result that no camera could see is left for the start.
+        If no camera could see the result, the start is returned instead.
 
         Returns
         -------

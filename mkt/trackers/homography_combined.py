@@ -1,8 +1,8 @@
-"""Particle filter, then SSD, on the homographies of a plane: Section V of [T09] there.
+"""Particle filter, then SSD, on homographies of a plane, as in Section V of [T09].
 
-A particle is an offset x (k,) from the last estimate in the group of motions,
-H_i = H exp(x_i).  So the mean of particles is a mean of vectors, although that of
-matrices means nothing; after each frame the offsets are counted from the new estimate,
+A particle is an offset x (k,) from the last estimate in the group of motions, H_i = H
+exp(x_i).  So the mean of particles is a mean of vectors, whereas a mean of matrices
+would have no meaning; after each frame the offsets are counted from the new estimate,
 to first order.  By default they scatter over the similarities alone, round the tilt
 that the optimiser found last: four parameters need few particles, eight very many.
 
@@ -36,8 +36,8 @@ class PlaneCombinedState(NamedTuple):
 class PlaneCombined:
     """A small filter on the group, refined by SSD where the target is seen.
 
-    Other than in `mkt.trackers.combined` the correction is fed back, for the filter
-    knows no tilt.
+    Unlike in `mkt.trackers.combined`, the correction is fed back, because the filter
+    does not know the tilt.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class PlaneCombined:
         Standard deviations of the noise in the first k parameters of
         `mkt.homographies`, in object units, for each frame.
     kernels : Kernels
-        With which particles are weighed.
+        The kernels with which particles are weighed.
     ssd : PlaneSSD
     threshold : float
         On the distance d_m at the filter's estimate: beyond it the target is hidden.

@@ -13,8 +13,9 @@ second derivative.
 Tried before: OpenCV's ``findTransformECC`` on the same eight numbers.  On the tuning
 cards of notebook 16 it comes back from half as many starts, and its corners end .2 to
 .4 px off where these end .07 off: blur carries background over the border of the
-picture, another one in each frame, which it follows.  With the inner nine tenths of an
-object both end within .1 px of the truth, so there it is an oracle for the tests.
+picture, a different one in each frame, and the algorithm follows it.  With the inner
+nine tenths of an object both end within .1 px of the truth, so there it is an oracle
+for the tests.
 
 Used in notebook 16.
 """
@@ -119,8 +120,8 @@ class PlaneESM:
     ) -> tuple[Array, float]:
         """Align from any start (3, 3); the homography, and the correlation there.
 
-        Where it finds what no camera could see, or what lies outside the frame, the
-        start and 0.
+        If it finds what no camera could see, or what lies outside the frame, it returns
+        the start and 0.
         """
         found, correlation = start, 0.0
         for picture, smooth in zip(state.pictures, self._smoothed(frame), strict=True):

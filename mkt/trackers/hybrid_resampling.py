@@ -1,6 +1,6 @@
 """The particle filter with hybrid resampling, PFHR: Section 3 of [C14].
 
-It is made sound here, with what is printed beside it.
+Here it is made sound; the printed version can be chosen too.
 
 Half of the particles walk at random, the other half go on as the target went (11),
 (17). When nothing looks like the target any more, all are spread uniformly round the
@@ -9,17 +9,18 @@ last estimate, wider in every frame (18).  The reference is learnt anew little b
 
 Two parts of Algorithm 2 cannot be meant as our copy reads, so they are parameters here.
 Its acceptance test compares a likelihood of this frame with a normalised weight of the
-last; after a draw that accepts whatever has d < sqrt(ln N / lam).  And its sign of an
-occlusion, a low N_eff, is a sign of the contrary: where all looks equally bad, all
-weights are equal and N_eff is high.  Here the target is taken for hidden when the
-highest likelihood is below a fixed level.  Its price is that an object which shows
-another side is waited for, too, where it was last seen.  A level that follows the
-likelihoods of late was tried on the tuning scenes (`mkt.scenes.drawn`), sixteen of each
-twin of [C14] and sixteen of the turning car of [N03], and is worse there, because the
-wait ends before the target is back: 84.0 against 84.8 % of true positives, 58 against
-77 (on the scenes as they were before their objects were painted).  On the twins of
-today accepting every proposal is better than the other tests: the target is held in
-97.1 % of the frames in which it can be seen, with the others in 93.1 to 95.0.
+last one; after a draw this test accepts whatever has d < sqrt(ln N / lam).  And it
+takes a low N_eff for a sign of an occlusion, but it is a sign of the contrary: where
+all places look equally bad, all weights are equal and N_eff is high.  Here the target
+is taken for hidden when the highest likelihood is below a fixed level.  The price is
+that the filter also waits when the object only shows another side; it waits where the
+object was last seen.  A level that follows the likelihoods of the last frames was tried
+on the tuning scenes (`mkt.scenes.drawn`), sixteen of each twin of [C14] and sixteen of
+the turning car of [N03], and is worse there, because the wait ends before the target is
+back: 84.0 against 84.8 % of true positives, 58 against 77 (on the scenes as they were
+before their objects were painted).  On the present twins, accepting every proposal is
+better than the other tests: the target is held in 97.1 % of the frames in which it can
+be seen, with the others in 93.1 to 95.0.
 """
 
 from dataclasses import dataclass
@@ -97,7 +98,7 @@ class HybridResampling:
         Algorithm 2's test of each new particle.  "paper": keep it if its likelihood
         exceeds the old one's normalised weight; "fresh": if it exceeds the likelihood
         of the old one's place in this frame; "metropolis": with the ratio of these two
-        for a probability; "always": no test, and weights multiply as in (4).
+        as the probability; "always": no test, and weights multiply as in (4).
     occlusion : str
         "likelihood": hidden when no particle's likelihood reaches `level`; "n_eff":
         when N_eff < n_lim n, as printed; "never".
@@ -106,7 +107,7 @@ class HybridResampling:
         Half width of the uniform (18) in the first hidden frame, and what every further
         one adds, in sqrt(hx hy).
     n_lim : float
-        N_lim over n: draw anew when N_eff is below.
+        N_lim over n: draw anew when N_eff is below N_lim.
     damping : float
         Share of the mean velocity that outlives a hidden frame.
     eta, gamma : float
@@ -202,7 +203,7 @@ class HybridResampling:
         regions: Regions,
         weights: Array,
     ) -> Info:
-        """The info of a step; a hidden target is where inertia has carried it."""
+        """The info of a step; inertia is assumed to have carried a hidden target."""
         region = state.estimate + self._onward(state) if hidden else state.estimate
         return report(
             region,

@@ -1,6 +1,6 @@
 """Rivals: the trackers that OpenCV brings along, for comparison only.
 
-They are under our protocol.
+They follow our protocol.
 
 * `MIL`, boosting over rectangle features with multiple instances.  The box keeps its
   size and stays upright.
@@ -10,7 +10,7 @@ They are under our protocol.
   too.
 
 The wheel of OpenCV 5 has no KCF and no CSRT, so the stronger rivals that one reads
-about cannot be run here.  MIL tells of no likelihood: its distance and score are NaN.
+about cannot be run here.  MIL gives no likelihood, so its distance and score are NaN.
 """
 
 import ctypes
@@ -45,7 +45,7 @@ class MILState(NamedTuple):
     region : (5,) array [px, rad]
         The last estimate.
     shape : (H, W, 3)
-        That all frames must have.
+        The shape that all frames must have.
     """
 
     tracker: Any
@@ -98,7 +98,7 @@ class MIL:
         Raises
         ------
         ValueError
-            For a frame of another size, in which OpenCV asks for endless memory.
+            For a frame of another size, for which OpenCV would ask for endless memory.
         """
         frame = checked_frame(frame)
         if frame.shape != state.shape:
@@ -190,7 +190,7 @@ class MeanShift:
     def step(
         self, state: ShiftState, frame: Frame, rng: Rng
     ) -> tuple[ShiftState, Info]:
-        """Shift the window; the cost is its number of places as far as OpenCV tells."""
+        """Shift the window; the cost is its number of places, as far as known."""
         projection = self._projection(checked_frame(frame), state.hues)
         window, region, evaluations = self._search(projection, state)
         ratio = min(_mean(projection, window) / max(state.first, 1e-9), 1.0)
@@ -247,7 +247,7 @@ def _window(frame: Frame, region: Region) -> Window:
 def _mean(projection: NDArray, window: Window) -> float:
     """Mean of the back-projection in a window, in [0, 1].
 
-    What of the window lies outside the image counts as improbable.
+    The part of the window that lies outside the image counts as improbable.
     """
     x, y, w, h = window
     return float(projection[y : y + h, x : x + w].sum() / (255 * w * h))

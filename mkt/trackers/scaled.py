@@ -1,8 +1,8 @@
 """Any tracker on smaller frames: less work for frames that show more than it needs.
 
-The frames are shrunk before the tracker sees them, and what it says is given in pixels
-of the frames as they are.  A position x in a frame, counted from the middle of its
-first pixel, is at s (x + 1/2) - 1/2 in one that is shrunk by s.
+The frames are shrunk before the tracker sees them, and its answers are given in pixels
+of the original frames.  A position x in a frame, counted from the middle of its first
+pixel, is at s (x + 1/2) - 1/2 in one that is shrunk by s.
 """
 
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class Scaled:
             raise ValueError(f"scale is {self.scale:g}; it must be above 0, up to 1")
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> Any:
-        """Show the shrunk frame to the tracker; raises what that raises."""
+        """Show the shrunk frame to the tracker, and raise what the tracker raises."""
         return self.tracker.init(self._shrunk(frame), rescaled(region, self.scale), rng)
 
     def step(self, state: Any, frame: Frame, rng: Rng) -> tuple[Any, Info]:

@@ -35,7 +35,7 @@ from mkt.tracking import Info, report
 from mkt.types import Array, Frame, NDArray, Region, Rng
 
 EMPTY = 1e-6  # bins with less carry no first-order information: zero rows of J_U
-FLAT = 1e-3  # directions in which O curves less than this share of the most are left
+FLAT = 1e-3  # share of the largest curvature of O below which a direction gets no step
 LARGEST_STEP = 0.5  # of a component of Delta x, in object units, radians and log size
 SHORT = 1e-2  # a step below this ends the iteration, in the same units
 TRUST = 8  # power of rho_j in the trust of a kernel; ours, with `robust`
@@ -122,8 +122,9 @@ def _offsets(kernels: Kernels, m: int) -> NDArray:
 def _counts(target: Target, image: BinImage, region: Region, columns: Array) -> Array:
     """`count` in a region (5,) of an image, for columns of a `Template`.
 
-    Each bin times its share, directions from the region's own axis.  That they turn
-    with the region is a further derivative by theta.
+    Each bin is multiplied by its share, and directions are counted from the region's
+    own axis.  Because they turn with the region, the derivative by theta has a further
+    term.
     """
     counts = count(target, sample(image, target.kernels, region), columns)
     if image.shares is not None:
@@ -178,9 +179,9 @@ def differentiate(
 class Prior(NamedTuple):
     """What is known of the region before the frame is looked at: a term of O(x).
 
-    To the sum of squares comes ``sum_i lambda_i (x_i - x_i*)^2``: with O as minus the
-    logarithm of a likelihood, its minimum is the most probable region a posteriori
-    (MAP), and the step is that of Levenberg, whose damping pulls to a place.
+    The sum ``sum_i lambda_i (x_i - x_i*)^2`` is added to the sum of squares: with O as
+    minus the logarithm of a likelihood, its minimum is the most probable region a
+    posteriori (MAP), and the step is that of Levenberg, whose damping pulls to a place.
 
     Attributes
     ----------
@@ -204,7 +205,7 @@ class Prior(NamedTuple):
         return np.array([c * dx + s * dy, c * dy - s * dx, angle - theta, growth]).T
 
     def cost(self, regions: Array) -> Array:
-        """The term itself at regions (..., 5), without what must not change: (...)."""
+        """The term at regions (..., 5), without components that are fixed: (...)."""
         weights = np.where(np.isfinite(self.weights), self.weights, 0)
         return self.off(regions) ** 2 @ weights
 
@@ -315,8 +316,8 @@ def minimise(
     derivative_of_c : bool
         See `differentiate`.
     robust : bool
-        Trust each kernel by its likeness, rho_j^8, so that hidden parts of the object
-        do not pull.
+        Trust each kernel according to its likeness, rho_j^8, so that hidden parts of
+        the object do not pull.
     prior : Prior, optional
         A further term of O(x).
 
@@ -387,7 +388,7 @@ class SSD:
     lost_above : float
         The distance d_m beyond which the target is said to be lost.
     sizes : tuple of float
-        Bounds on its size against the first frame.
+        Bounds on the size of the region, relative to the first frame.
 
     Raises
     ------

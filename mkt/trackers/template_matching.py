@@ -2,9 +2,9 @@
 
 It is OpenCV's template matching with the first look at the object.
 
-The template never changes, in size either, and no pixel is explained away: it knows the
-object in one pose, and that one exactly.  Which measure of likeness and which search
-window the paper used it does not say.
+The template never changes, not even in size, and every pixel counts: it knows the
+object in a single pose, but that one exactly.  The paper does not say which measure of
+likeness and which search window it used.
 """
 
 from dataclasses import dataclass

@@ -2,8 +2,9 @@
 
 [N03] ends with several cameras.  Each filter works in its own image and sends, once a
 frame, where on the ground its likelihood says that the target is: mean and covariance,
-five numbers.  The other multiplies its own likelihood by it.  Who sees nothing says
-nothing, so that a wall in one view is bridged by the other.
+five numbers.  The other multiplies its own likelihood by it.  A camera that sees
+nothing sends nothing, so that when a wall hides the target from one camera, the other
+one helps it.
 
 The constants were set by a look at scenes 500 to 505, with 40 and 80 for lambda of the
 mean and for `HIDDEN`; no other values were tried.
@@ -25,12 +26,12 @@ from mkt.types import Array, Frame, Region, Rng
 HIDDEN = 40.0  # -ln of the own likelihood at least, since a target may be hidden
 FLOOR = 1e-3  # of the other's, since a message may be wrong
 NEWLY_PLACED = 0.1  # share of the particles that go where the other camera says
-SLACK = 3.0  # [px on the ground] how sure nobody is of where a middle lies
+SLACK = 3.0  # [px on the ground] how uncertain the place of a middle is at least
 BYTES = 20  # of a message: five numbers of four bytes
 
 
 class Message(NamedTuple):
-    """What a camera says.
+    """The message of a camera.
 
     Attributes
     ----------
@@ -53,7 +54,7 @@ class Seen(NamedTuple):
     places : (2, 2) array [px on the ground]
         Of both filters, through the homographies that they believe.
     bytes : int
-        That were sent.
+        The number of bytes that were sent.
     """
 
     regions: Array
@@ -68,9 +69,10 @@ States = tuple[FilterState, ...]
 class TwoCameras:
     """Two filters and the homographies by which they believe to see the ground.
 
-    Each weighs its particles by (floor + own likelihood) (floor + the other's): whose
-    target is hidden has the same to say of all places, and leaves the word to the
-    other.  A tenth of its particles then go where the other sees the target.
+    Each weighs its particles by (floor + own likelihood) (floor + the other's): a
+    camera whose target is hidden gives the same likelihood to all places, and leaves
+    the decision to the other.  A tenth of its particles then go where the other sees
+    the target.
 
     Parameters
     ----------
@@ -140,7 +142,7 @@ class TwoCameras:
 
 
 class _Look(NamedTuple):
-    """A camera's cloud, its logarithms (N,) and places (N, 2), and what it says."""
+    """A camera's particles, their log weights (N,), places (N, 2), and its message."""
 
     cloud: Particles
     logs: Array
