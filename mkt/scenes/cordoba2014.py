@@ -1,6 +1,6 @@
 """Synthetic twins of the six kinds of sequence in Table 1 of [C14].
 
-They are for whoever has no benchmark: seed, item and ground -> `Scene`.
+They are for readers without the benchmark: seed, item and ground -> `Scene`.
 
 Each has the difficulty of its original and none of its content.  The items stay
 upright, as the boxes of the benchmark do.  Paths are random but smooth; everything
@@ -44,7 +44,7 @@ def _width(item: str) -> float:
 
 @SCENES.register("clutter")
 def clutter(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
-    """Before things of its own colours, seen by a camera that moves and zooms.
+    """The item before things of its own colours; the camera moves and zooms.
 
     Four shuffled copies of the item lie about.
     """
@@ -118,9 +118,9 @@ def scale(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 
 @SCENES.register("trajectory")
 def trajectory(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
-    """Kicked about from wall to wall, with sudden turns.
+    """The item is kicked about from wall to wall, with sudden turns.
 
-    It goes in steps of up to about half of the item a frame.
+    In each frame it moves by up to about half of the item.
     """
     rng = np.random.default_rng((25, seed))
     times = np.arange(0, LENGTH + 8, 8.0)

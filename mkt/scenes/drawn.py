@@ -1,4 +1,4 @@
-"""Scenes drawn by lot: a kind, a seed, and by a rule what moves before what.
+"""Scenes drawn by lot: a kind and a seed; a rule says what moves before what.
 
 Seed k shows one of four items before one of four grounds, so that sixteen seeds are all
 pairs of them, each on a path of its own.

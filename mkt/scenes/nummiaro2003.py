@@ -121,7 +121,7 @@ def _turning_car(rng) -> Layer:
 def traffic(seed: int, look: str = "fades", growth: float = 1.8) -> Scene:
     """Figures 8 and 9: a van ahead, seen from a car, 150 frames.
 
-    It moves fast on the screen, grows by a factor, and comes to look otherwise.
+    It moves fast on the screen, grows by a factor, and changes its look.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Textures that are painted: polygons on a larger canvas, reduced, in uneven colours.
 
-What is evenly coloured would be easier to follow than anything real.
+An evenly coloured object would be easier to follow than any real one.
 """
 
 from collections.abc import Iterable
@@ -36,7 +36,7 @@ def painted(
     seed : int
         Of the unevenness.
     below : (red, green, blue)
-        The colour of what is transparent, which a shuffle of tiles brings to sight.
+        The colour under transparent pixels, which is seen when tiles are shuffled.
 
     Returns
     -------

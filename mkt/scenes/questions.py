@@ -46,7 +46,7 @@ def occlusion(
 ) -> Scene:
     """A panel sweeps over the image and hides the item totally.
 
-    The panel is timed by the item's path: where it stands still or turns, the item is
+    The panel is timed by the item's path: where the item stands still or turns, it is
     hidden for longer or shorter.  With the defaults it is totally hidden for 3 frames
     (seed 4) to 14 (seed 6, from frame 74 on).
     """

@@ -44,21 +44,21 @@ class Layer:
     width : float [px]
         At scale 1; the height follows from the texture.
     path : tuple of way-points
-        (frame, x [px], y [px], theta [rad], scale), joined by a cubic spline; one alone
-        stands still.
+        (frame, x [px], y [px], theta [rad], scale), joined by a cubic spline; with a
+        single way-point the layer stands still.
     hue : float [deg]
         Turns all colours round the colour circle: the recoloured twin of an object.
     shuffle : int
         Cuts the texture into so many tiles a side and mixes them: the same colours at
         other places.
     view : Layer, optional
-        Of which texture, hue and shuffle count: another look of the object.
+        Another look of the object; only its texture, hue and shuffle count.
     turn : tuple of (frame, share)
         The share of that look, joined linearly.
     box : bool
         The other look is the next side of a box that turns about its upright axis, seen
-        from far away, and its share is one of the width.  Without, the one look fades
-        into the other.
+        from far away, and its share is a share of the width.  Otherwise the first look
+        fades into the other.
     tilt : tuple of (frame, about x [rad], about y [rad])
         Turns out of the image plane, about the layer's own axes, first about x: the
         lower side or the left one goes away.  Joined by a cubic spline; the layer is
@@ -182,7 +182,7 @@ def render(scene: Scene, k: int) -> Frame:
 
 
 def _noiseless(scene: Scene) -> Scene:
-    """What all scenes have in common that differ in their sensor noise alone."""
+    """What scenes have in common that differ only in their sensor noise."""
     return replace(scene, seed=0, noise=0.0)
 
 
@@ -190,7 +190,7 @@ def _noiseless(scene: Scene) -> Scene:
 def _exposed(scene: Scene, k: int) -> NDArray:
     """Frame k before the sensor's noise, (H, W, 3) float32.
 
-    It is kept for the runs that differ in the noise alone.
+    It is kept for the runs that differ only in the noise.
     """
     first, *others = k + scene.shutter * _exposure(_subframes(scene, k))
     exposed = _instant(scene, first)
@@ -345,7 +345,7 @@ def _resized(name: str, factor: float) -> NDArray:
 def _shown(layer: Layer, t: float) -> NDArray:
     """What a layer shows at the time t, (h, w, 4) float32.
 
-    It is its texture, or that and its other look.
+    That is its texture alone, or together with its other look.
     """
     front = _prepared(replace(layer, path=STILL, view=None))
     share = float(_interpolated(layer.turn, t)[0])
@@ -444,7 +444,7 @@ def _paint(image: NDArray, scene: Scene, layer: Layer, t: float) -> None:
 def _visibility(scene: Scene) -> Array:
     """Visible fraction of the target in every frame, (T,) in [0, 1], read-only.
 
-    Not visible is what is hidden by layers in front, or outside the image.
+    Parts that layers in front hide, or that lie outside the image, are not visible.
     """
     visible = np.array([_visible(scene, t) for t in range(scene.length)])
     visible.setflags(write=False)

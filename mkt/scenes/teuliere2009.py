@@ -1,6 +1,6 @@
 """The sequences that figures 5 to 7 of [T09] show: seed, item, ground -> `Scene`.
 
-The path is the seed's, the sensor noise that of `Scene.seed`.
+The path depends on the seed, the sensor noise on `Scene.seed`.
 """
 
 from dataclasses import replace

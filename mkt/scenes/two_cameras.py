@@ -30,7 +30,7 @@ VIEWS = (
 
 @dataclass(frozen=True)
 class TwoViews:
-    """Who moves on the ground, and how both see it.
+    """What moves on the ground, and how both cameras see it.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class TwoViews:
 
 
 def homographies() -> tuple[Array, Array]:
-    """Of both cameras, (3, 3), from the ground to the image."""
+    """The homographies (3, 3) of both cameras, from the ground to the image."""
     width, height = np.array(SIZE) - 1
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float32)
     first, second = (

@@ -1,10 +1,10 @@
 """The public benchmarks: where each is expected, what is there, what can be used.
 
-None is needed and none comes along: their licences differ, and they are large.
-`listing` is what ``python3 -m mkt data`` prints, `check` opens a sequence and says what
-is wrong with it, `sequences` is what the leaderboard runs over.  The formats are those
-of `mkt.sequences.formats`; the folders lie below the one that the environment variable
-MKT_DATA names.
+None is needed, and none comes with the library: their licences differ, and they are
+large.  `listing` is what ``python3 -m mkt data`` prints, `check` opens a sequence and
+says what is wrong with it, `sequences` is what the leaderboard runs over.  The formats
+are those of `mkt.sequences.formats`; the folders lie below the one that the environment
+variable MKT_DATA names.
 
 Explained in notebook 14.
 """
@@ -142,7 +142,7 @@ class Found:
         return f"{self.name} {self.fingerprint()}"
 
     def fingerprint(self) -> str:
-        """A hash of the files: of texts what they say, of others how large they are.
+        """A hash of the files: of the content of texts, and of the size of all others.
 
         The names count too; the place of the folder does not.
         """

@@ -19,8 +19,8 @@ ANNOTATION = PACKAGE / "sequences" / "carphone.csv"  # ours: data/README.md
 class Carphone:
     """A talking head in a moving car, annotated as ellipses: 120 frames of 176x144.
 
-    The truth of every fifth frame was drawn by hand (data/README.md), those between are
-    interpolated.
+    The truth of every fifth frame was drawn by hand (data/README.md), the truth of
+    those between is interpolated.
 
     Parameters
     ----------

@@ -115,7 +115,7 @@ def _bobot_frames(folder: Path) -> Frames:
 
 
 def _reconstructed(folder: Path) -> bool:
-    """Whether the file that says where the frames come from says that they are."""
+    """Whether the file on the source of the frames says that they are reconstructed."""
     source = folder / "SOURCE.txt"
     return source.is_file() and "RECONSTRUCTED" in source.read_text("utf-8", "replace")
 
@@ -287,7 +287,7 @@ def mot_ids(folder: str | os.PathLike) -> list[int]:
         Naming the file, the line and the remedy.
     """
     path, _, rows = _mot_rows(folder)
-    to_be_scored = rows[:, 6] != 0  # the confidence, 0 for what is not
+    to_be_scored = rows[:, 6] != 0  # the confidence, 0 for targets that are not
     ids, counts = np.unique(rows[to_be_scored, 1], return_counts=True)
     if not ids.size:
         raise DataError(

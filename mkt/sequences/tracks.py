@@ -58,7 +58,8 @@ def write(track: Track, path: Path, first: int = 0) -> None:
     path : Path
     first : int
         The track's first frame in the whole sequence of MOT, counted from 0.  MOT's
-        rows are of the whole one; they leave out where the target is said to be lost.
+        rows count frames in the whole sequence; they leave out frames in which the
+        target is said to be lost.
 
     Raises
     ------
@@ -87,9 +88,9 @@ def read(path: Path, found: Found) -> tuple[Track, Sequence]:
     Parameters
     ----------
     path : Path
-        Our table, with its head; or rows in the form of the sequence's own truth.  Of
-        several ids in MOT's rows it is the one whose first box is nearest to the
-        target's: a tracker is told where that is.
+        Our table, with its head; or rows in the form of the sequence's own truth.  If
+        MOT's rows have several ids, the one counts whose first box is nearest to the
+        target's, because a tracker is told where that is.
     found : Found
 
     Returns

@@ -93,7 +93,7 @@ class Frames(Series):
 class _Part(Frames):
     """Some frames of another series, in the order of `indices`.
 
-    The cache is that of the whole.
+    The cache is that of the whole series.
     """
 
     def __init__(self, whole: Frames, indices: range):
@@ -287,7 +287,7 @@ def read_image(path: str | os.PathLike) -> NDArray:
 
 
 def _is_cut(data: bytes) -> bool:
-    """Whether a JPEG lacks its end, which decoders fill up without a word.
+    """Whether a JPEG lacks its end, which decoders fill up without an error.
 
     The end is looked for behind the beginning of the picture itself: a thumbnail before
     it has an end of its own, and cameras write films behind it.

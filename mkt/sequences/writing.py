@@ -1,8 +1,8 @@
 """Video files written by OpenCV, in formats that it reads again everywhere.
 
 What a picture of 1920x1080 costs the writer, in ms of CPU on the machine on which this
-was measured: .webm 133, .avi 21, .mp4 15.  A browser plays .webm alone.  What a killed
-program leaves can be played, but for the last pictures.
+was measured: .webm 133, .avi 21, .mp4 15.  Browsers play only .webm.  The file that a
+killed program leaves can be played, except for the last pictures.
 """
 
 import os
@@ -37,14 +37,14 @@ class Writer:
     def write(self, picture: Frame) -> None:
         """Write the next picture (H, W, 3) uint8 BGR, which must not change any more.
 
-        Raises OSError without room.  That may come late: the thread has one picture
-        under way, and the encoder holds some back.
+        Raises OSError when the disk is full.  That may come late: the thread has one
+        picture under way, and the encoder holds some back.
         """
         self.settle()
         self._under_way = self._thread.submit(self._opened.write, picture)
 
     def settle(self) -> None:
-        """Wait until all pictures were handed on.  Raises OSError without room."""
+        """Wait until all pictures were handed on.  Raises OSError on a full disk."""
         under_way, self._under_way = self._under_way, None
         if under_way is None:
             return
@@ -103,7 +103,7 @@ def _in_pieces(path: Path) -> Iterator[Path]:
 
     FFmpeg chooses the container by the name, and puts the index of an .mp4 last.  An
     .ismv is the same container in pieces, each with its index; once it is open it gets
-    the name that was asked for.  Windows renames no open file.
+    the name that was asked for.  Windows cannot rename an open file.
     """
     if path.suffix.lower() != ".mp4" or os.name == "nt":
         yield path
@@ -116,10 +116,10 @@ def _in_pieces(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Nothing on stderr.
+    """Let nothing appear on stderr.
 
-    FFmpeg's C code remarks there that it does not know OpenCV's tag of VP8, and writes
-    it all the same; OpenCV, that it has found no camera.
+    FFmpeg's C code complains there that it does not know OpenCV's tag of VP8, although
+    it writes the file; OpenCV complains that it has found no camera.
     """
     kept = os.dup(2)
     nowhere = os.open(os.devnull, os.O_WRONLY)

@@ -5,8 +5,8 @@ With the features s, the desired ones s* and the interaction matrix L of
 
     v = -gain L^+ e - L^+ de/dt,    e = s - s*,
 
-makes the error decay as exp(-gain t).  How de/dt, the target's own motion, is found:
-`mkt.servoing.self_motion`.
+makes the error decay as exp(-gain t).  `mkt.servoing.self_motion` finds de/dt, the
+target's own motion.
 
 Explained in notebook 08.
 """
@@ -28,7 +28,7 @@ AXES = {6: (0, 1, 2, 3, 4, 5), 4: (0, 1, 2, 5)}
 class AdaptiveGain:
     """A gain [1/s], large near the goal and small far from it.
 
-    So the camera is quick in the end without being too fast at the start::
+    This makes the camera quick in the end without being too fast at the start::
 
         gain(e) = (near - far) exp(-slope |e| / (near - far)) + far,
 

@@ -1,12 +1,12 @@
 """The loop of visual servoing: frame, any tracker, features, law, camera, and again.
 
 `Servo` is the controller, a frozen dataclass with the pure method ``step`` like a
-tracker; `Experiment` says what it is tried on, `close_loop` does it and returns every
-history. Without a tracker the true regions are fed in, with any noise, and nothing has
-to be rendered.
+tracker; `Experiment` says what it is tried on, `close_loop` runs it and returns all
+histories.  Without a tracker the true regions are fed in, with any noise, and nothing
+has to be rendered.
 
 A tracker that loses the target must not drive the robot: the camera goes on as it did,
-and from `Servo.patience` lost frames in a row on it is held until the target is found
+but once `Servo.patience` frames in a row are lost, it is held until the target is found
 again.
 
 Explained in notebooks 08 and 09.
@@ -37,7 +37,7 @@ class ServoState(NamedTuple):
     error : (4,) array, or None
         The last error, None if there was none.
     twists : (delay + 1, 6) array
-        Those of the last frames, oldest last.
+        The twists of the last frames, the oldest last.
     filter : (2, 4) array
         The filter's state.
     missed : int
@@ -59,7 +59,7 @@ class Command(NamedTuple):
     measured, estimated : (4,) array [1/s]
         de/dt of the target; NaN where nothing could be measured.
     twist : (6,) array [m/s, rad/s]
-        Until the next frame.
+        The twist until the next frame.
     held : bool
         Whether the camera is held for lack of a target.
     """
@@ -96,7 +96,7 @@ class Servo:
     delay : int
         Frames from an exposure to its region.
     patience : int
-        From so many lost frames in a row on the camera is held.
+        Once so many frames in a row are lost, the camera is held.
 
     Raises
     ------
@@ -206,9 +206,10 @@ class Experiment:
         A twist in the camera's frame, which moves the camera in one second from where
         it should be to where it starts.
     frames : int
-        How many.
+        Number of frames.
     tracker : Tracker, optional
-        Any, started on the first true region; None for perfect regions.
+        Any tracker, which is started on the first true region; None for perfect
+        regions.
     jitter : float [px]
         Noise of the centre and the outline of perfect regions.
     seed : int
@@ -236,17 +237,17 @@ class Run(NamedTuple):
     cars : (T, 3) array [m, rad]
         Places of the car.
     truths, regions : (T, 5) array [px, rad]
-        As they are, and as they were found.
+        The true regions, and those that were found.
     lost : (T,) bool array
-        Whether the tracker said so.
+        Whether the tracker said that the target is lost.
     features, errors : (T, 4) array
-        That the controller had.
+        Those that the controller had.
     measured, estimated : (T, 4) array [1/s]
         Of de/dt; NaN where nothing was measured.
     velocities : (T, 6) array [m/s, rad/s]
         The twist from frame k to k + 1.
     held : (T,) bool array
-        Whether the camera was.
+        Whether the camera was held.
     """
 
     times: Array

@@ -1,10 +1,10 @@
 """The servo loop of one feature as a linear system: its poles, and its simulation.
 
-All is linear but the camera's perspective: the error grows by the target's motion and
-shrinks by the command, which comes so many frames late, and the Kalman filter of
-`mkt.servoing.self_motion` runs with its steady gain.  The `control` package connects
-these blocks and says where the poles are: the loop is stable while they lie inside the
-unit circle.
+Everything is linear except for the camera's perspective: the error grows by the
+target's motion and shrinks by the command, which comes so many frames late, and the
+Kalman filter of `mkt.servoing.self_motion` runs with its steady gain.  The `control`
+package connects these blocks and says where the poles are: the loop is stable while
+they lie inside the unit circle.
 
 Explained in notebooks 08 and 09.
 """
@@ -16,8 +16,8 @@ import numpy as np
 from mkt.servoing.self_motion import OFF, Kalman, Matrices, check_period
 from mkt.types import Array, ArrayLike
 
-# The control package is imported where it is needed: that takes seconds, because it
-# brings its own plots.
+# The control package is imported only where it is needed, because this takes seconds:
+# it imports its own plots too.
 if TYPE_CHECKING:
     from control import StateSpace
 

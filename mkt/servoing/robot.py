@@ -235,10 +235,10 @@ class Workspace:
         return corners(np.array([*np.asarray(car, float), *(self.sides / 2)]))
 
     def truth(self, pose: Array, car: ArrayLike) -> Region:
-        """What a perfect tracker answers.
+        """The region that a perfect tracker finds.
 
-        It is the region of the similarity that carries the car best onto its image.
-        Where the image is parallel to the table it is the outline itself.
+        It belongs to the similarity that carries the car best onto its image.  Where
+        the image is parallel to the table it is the outline itself.
 
         Parameters
         ----------
@@ -278,7 +278,7 @@ class Workspace:
         pose : (4, 4) array
             Of the camera at that time.
         twist : (6,) array_like [m/s, rad/s]
-            By which it came there.
+            The twist by which it came there.
         path : tuple of way-points
             The car's.
         t : float [s]
@@ -306,7 +306,7 @@ class Workspace:
         return np.asarray(rounded, np.uint8)
 
     def _subframes(self, pose: Array, twist: ArrayLike, path: Path, t: float) -> int:
-        """Sub-frames needed so that no corner of car or table jumps by over a pixel."""
+        """Number of sub-frames, so that no corner jumps by more than a pixel."""
         earlier = move(pose, twist, -self.exposure)
         first = _homography(self.camera, earlier)
         last = _homography(self.camera, pose)
@@ -326,7 +326,7 @@ class Workspace:
         (left, top), part = self._car(plane, car)
         height, width = part.shape[:2]
         window = image[top : top + height, left : left + width]
-        # The half rounds, where assigning to uint8 would cut off.
+        # Adding 0.5 rounds; assigning to uint8 alone would cut off the fraction.
         window[:] = window * (1 - part[..., 3:]) + part[..., :3] + 0.5
         return image
 
@@ -414,7 +414,8 @@ def _pixel_size(plane: Array, points: Array) -> float:
 def _reduced(name: str, width: float, pixel: float, cut_out: bool = False) -> NDArray:
     """A texture that covers a width [m], for pixels of the image of this size [m].
 
-    It is reduced to about 1.5 of its pixels for one of them: the look-up averages two.
+    It is reduced to about 1.5 of its pixels for each pixel of the image, because the
+    look-up averages two.
     """
     finest = width / texture(name).shape[1]
     level = int(np.floor(4 * np.log2(pixel / finest))) - 2
@@ -425,7 +426,8 @@ def _reduced(name: str, width: float, pixel: float, cut_out: bool = False) -> ND
 def _level(name: str, k: int, cut_out: bool) -> NDArray:
     """A texture reduced by 2^(k / 4), (h, w, 3) uint8.
 
-    Cut out, it is (h, w, 4) float32: colours times opacity, with a transparent border.
+    A cut-out texture is (h, w, 4) float32: colours times opacity, with a transparent
+    border.
     """
     rgba = texture(name)
     width, height = (max(round(side * 2 ** (-k / 4)), 4) for side in rgba.shape[1::-1])

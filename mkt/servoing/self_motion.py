@@ -6,8 +6,8 @@ target's.  So (18) and (19) of [T09] measure
     z_k = (e_k - e_(k-1)) / dt - L v,
 
 with the twist v that acted between the two frames, and a Kalman filter smooths each
-feature's z with the constant-velocity model: de/dt = epsilon stays as it is but for a
-coloured noise nu,
+feature's z with the constant-velocity model: de/dt = epsilon stays as it is except for
+a coloured noise nu,
 
     epsilon_(k+1) = epsilon_k + nu_k,
     nu_(k+1) = rho nu_k + w_k,    w ~ N(0, Q),
