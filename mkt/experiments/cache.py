@@ -1,6 +1,6 @@
 """What has been computed already, kept on disk.
 
-That is runs, their numbers, chapters and pictures.
+These are runs, their numbers, chapters and pictures.
 
 A `Shelf` keeps results of one kind under a `key` of all that they depend on.  Each is
 written as a whole, and whatever cannot be read counts as missing, so that two programs
@@ -40,17 +40,17 @@ NUMERICAL = (
     "control",
 )
 SEAL = 16  # bytes
-MOST = 2e9  # bytes of a shelf; beyond it what has not been used for longest goes
+MOST = 2e9  # bytes of a shelf; beyond it, what is unused for longest is removed
 PICKLES = (
     "O",
-)  # kinds of arrays that are not kept, because to read them is to run them
+)  # kinds of arrays that are not kept, because reading them could run code
 
 
 def folder() -> Path:
     """Where everything is kept: MKT_CACHE, or ``.cache`` in the clone.
 
-    Of a library that is installed, or a clone that cannot be written, it is the user's
-    own folder for such things.
+    For an installed library, or a clone that cannot be written, it is the user's own
+    folder for such things.
     """
     if place := os.environ.get("MKT_CACHE"):
         return Path(place)
@@ -140,7 +140,7 @@ class Shelf:
 def _files(place: Path) -> Iterator[tuple[float, int, Path]]:
     """When each file of a folder was last used, and its size.
 
-    Other programs take theirs away meanwhile.
+    Other programs may remove files meanwhile.
     """
     for path in place.glob("*"):
         with suppress(FileNotFoundError):
@@ -149,7 +149,7 @@ def _files(place: Path) -> Iterator[tuple[float, int, Path]]:
 
 
 def _seal(key: str, data: bytes) -> bytes:
-    """What is written before a result: of another one, or a damaged one, it differs."""
+    """What is written before a result; for another or a damaged one it differs."""
     return hashlib.blake2b(key.encode() + data, digest_size=SEAL).digest()
 
 
@@ -178,16 +178,16 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
 
 
 def identity(source: Any) -> str:
-    """What a source is known by: its own word for it, or what it prints."""
+    """What identifies a source: its own word for this, or what it prints."""
     return source.identity() if hasattr(source, "identity") else repr(source)
 
 
 def code_of(*things: Any) -> str | None:
     """A hash of the code that trackers, sources or modules can reach.
 
-    The versions of the packages that numbers depend on go into it too.  Returns None
-    where the code of one cannot be read, as of a class that was written in a notebook:
-    results of it cannot be kept.
+    The versions of the packages that numbers depend on go into it too.  Returns None if
+    the code of one cannot be read, for example of a class that was written in a
+    notebook: its results cannot be kept.
     """
     files: list[Path] = []
     for thing in things:

@@ -15,7 +15,7 @@ is a *tie* when the whole 95 % interval lies within a margin of equality that th
 names, and else *inconclusive*.  A claim stands only if all of its parts do: it has the
 verdict of the worst of them, contradicted before inconclusive before tie.  Parts that
 the paper did not write (`ours`), and those that are true whatever happens, are shown
-but have no say.  The bounds stand beside the parts in the source, written before the
+but do not count.  The bounds stand beside the parts in the source, written before the
 runs, and no claim that fails is tuned away.
 
 The scenes are those of `mkt.scenes.drawn` for the seeds `SEEDS`, on which no parameter
@@ -95,7 +95,7 @@ class Claim:
         return " ".join(_paragraphs(self.function)[1:]).replace("\n", " ")
 
     def jobs(self, seeds: Iterable[int]) -> dict[Cell, list[Job]]:
-        """What must be run for it, for each cell one job a seed."""
+        """The jobs that it needs: one for each seed of each cell."""
         every = list(seeds)
         return {
             (kind, label): [
@@ -121,7 +121,7 @@ class Part:
     values : (n,) array
         Over runs.
     bound : float
-        Which it must exceed, or stay below.
+        The bound that the number must exceed, or stay below.
     below : bool
     unit : str
     statistic : Statistic
@@ -129,7 +129,7 @@ class Part:
     margin : float
         How far from the bound the number may lie to be equal to it for all purposes.
     ours : bool
-        Whether the paper did not write it, or it cannot fail.
+        Whether it is not in the paper, or cannot fail.
     """
 
     text: str

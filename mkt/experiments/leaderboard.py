@@ -2,17 +2,17 @@
 
 The protocol: a tracker is told the true region in the first frame and nothing after it;
 every tracker has one setting for all sequences; what counts are the frames in which the
-target is seen.  The same seeds for all; a tracker that draws no random numbers runs
-once on a recorded sequence, for it would only repeat itself.  A tracker that refuses a
-target scores nothing on it.
+target is seen.  All trackers have the same seeds, but a tracker that draws no random
+numbers runs only once on a recorded sequence, because it would only repeat itself.  A
+tracker that refuses a target scores nothing on it.
 
 `recorded` runs over the benchmarks that are found (`mkt.sequences.benchmarks`),
 `synthetic` over all kinds of drawn scene (`mkt.scenes`); both give a `Board`, which
-`ranking` puts in order.  What counts as a case, over which intervals and differences
-are taken, is a seed of the drawn scenes, each with its own objects, grounds and paths,
-and a sequence of a benchmark.  ``python3 -m mkt bench tracking`` prints the first, or
-the second where there are no benchmarks; `shipped` has both as they were run for the
-release (`mkt.experiments.shipped`), which is what the book shows.
+`ranking` puts in order.  Intervals and differences are taken over cases.  A case is a
+seed of the drawn scenes, each with its own objects, grounds and paths, or a sequence of
+a benchmark.  ``python3 -m mkt bench tracking`` prints the first, or the second where
+there are no benchmarks; `shipped` has both as they were run for the release
+(`mkt.experiments.shipped`), which is what the book shows.
 
 Explained in notebook 14.
 """
@@ -81,7 +81,7 @@ class Board:
     case : str
         The column whose values are independent of each other, "seed" or "source".
     jobs : list of Job
-        That made the rows, one for each; none for rows that were read.
+        The jobs that made the rows, one for each; none for rows that were read.
     """
 
     title: str
@@ -99,13 +99,13 @@ class Place:
     ----------
     name : str
     places : (first, last)
-        Which it may have.
+        The first and the last place that it may have.
     overlap : float
         Mean over the sequences.
     interval : (low, high)
         95 % over cases.
     behind : (value, low, high), optional
-        Of the overlap of the first minus this one's; None for the first.
+        The overlap of the first tracker minus this one's; None for the first.
     hits, hits_of_all, area, lost, cpu_ms : float
     cells : dict
         Sequence -> (overlap, true positives).

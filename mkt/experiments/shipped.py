@@ -53,7 +53,7 @@ class Made:
     Parameters
     ----------
     command : str
-        That makes it again.
+        The command that makes it again.
     date : str
         The day, as 2026-11-22.
     seeds : str
@@ -74,7 +74,7 @@ class Made:
 def code_of(table: Path) -> str:
     """The hash of the code that a table depends on, as it is now.
 
-    Of the claims it is what they measure, however figures are drawn.
+    For the claims it covers what they measure, but not how figures are drawn.
     """
     scenes = [*PACKAGE.glob("scenes/*.py")]
     if table != CLAIMED:
@@ -89,7 +89,7 @@ def reachable(files: Iterable[Path]) -> set[Path]:
     """The files of the library that some files can reach by imports, themselves too.
 
     Unlike `mkt.experiments.cache.reachable` it leaves out what the registries of
-    figures and claims find in the papers: who names a figure has its file among the
+    figures and claims find in the papers: if a figure is named, its file is among the
     first ones.  Only a first file that makes such a registry reaches all of them.
     """
     first = list(files)
@@ -104,7 +104,7 @@ def reachable(files: Iterable[Path]) -> set[Path]:
 
 
 def _next(path: Path, first: bool) -> list[Path]:
-    """The files that a file imports; of a first one also what its registries find."""
+    """The files that a file imports; for a first one also what its registries find."""
     imported = cache.imported(path)
     if first or PAPERS in path.parents:
         return imported

@@ -12,9 +12,9 @@ run, and runs are independent of each other:
   interval of Agresti and Min (2005), which adds half a run to each of the four cells;
   McNemar's exact test.
 
-A bootstrap of eight runs covers 90 %, not 95, and of eight runs that are all alike it
-says that nothing is uncertain: that is why there is none here.  How much these cover is
-simulated in the tests.
+A bootstrap of eight runs covers 90 %, not 95, and for eight runs that are all alike it
+gives an interval of no width: that is why there is none here.  The tests simulate how
+much the intervals here cover.
 
 Explained in notebook 14.
 """
@@ -71,7 +71,7 @@ def _median_ends(values: Array, level: float) -> tuple[float, float]:
 
 
 def _sign_test(values: Array, bound: float, side: str) -> float:
-    """Of those that equal the bound neither side has any."""
+    """Values that equal the bound count for neither side."""
     above, below = int(np.sum(values > bound)), int(np.sum(values < bound))
     return _binomial(above, above + below, 0.5, side)
 
@@ -145,7 +145,7 @@ def interval(
     Returns
     -------
     value, low, high : float
-        All NaN where a value is.
+        All are NaN where a value is NaN.
     """
     values = np.asarray(values, float)
     if not np.isfinite(values).all():
@@ -154,7 +154,7 @@ def interval(
 
 
 def p_value(values: ArrayLike, statistic: Statistic, bound: float, side: str) -> float:
-    """Of the one-sided test that a number lies beyond a bound, 1 where a value is NaN.
+    """P-value of the one-sided test that a number lies beyond a bound; 1 for NaN.
 
     Parameters
     ----------
@@ -196,8 +196,8 @@ def summaries(rows: pd.DataFrame) -> pd.DataFrame:
     -------
     DataFrame
         Columns source, tracker, runs, then each number of `SUMMARISED` with its ends,
-        such as overlap, overlap_low, overlap_high.  Medians, but of what is 0 or 1 for
-        a run its share.
+        such as overlap, overlap_low, overlap_high.  They are medians, but shares for
+        numbers that are 0 or 1 in a run.
     """
     cells = rows.groupby(["source", "tracker"], sort=False)
     lines = [

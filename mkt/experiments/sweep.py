@@ -5,7 +5,7 @@ numbers.  Rows are kept (`mkt.experiments.cache`) under all that they depend on,
 a whole, so that an interrupted sweep goes on where it stopped (at most the sources
 under way are lost), two sweeps may run at once, and nothing stale is ever read.
 
-joblib runs the jobs, over this machine's processes by itself.  A sweep that outgrows
+joblib runs the jobs, by default in processes of this machine.  A sweep that outgrows
 the machine runs unchanged on a cluster with this package installed; rows come back over
 the network, so the machines need no common disk:
 
@@ -37,7 +37,7 @@ from mkt.experiments.timing import Clocked, one_thread
 from mkt.files import whole
 from mkt.tracking import Source, Track, Tracker, follow, track
 
-EFFORT = "evaluations", "steps"  # NaN of a tracker that does not tell
+EFFORT = "evaluations", "steps"  # NaN for a tracker that does not report it
 NUMBERS = (
     "overlap",
     "hits",
@@ -86,7 +86,7 @@ class Job:
     seed: int = 0
 
     def key(self) -> str | None:
-        """Under which its row is kept, None where it cannot be."""
+        """The key under which its row is kept, None where it cannot be kept."""
         code = cache.code_of(self.tracker, self.source, evaluation)
         if code is None:
             return None
@@ -119,7 +119,8 @@ def run(job: Job) -> dict[str, Any]:
         scenes.
         The numbers of `mkt.evaluation.evaluate`.
         cpu_ms : CPU time [ms a frame], on a machine that is busy with other jobs.
-        evaluations : regions looked at in a frame; NaN where the tracker does not tell.
+        evaluations : regions looked at in a frame; NaN where the tracker does not
+        report them.
         steps : of the optimiser in a frame, over those in which it ran; NaN without.
         refused : why the tracker would not start on this target, empty where it did;
         all numbers are NaN then.
@@ -141,7 +142,7 @@ def run(job: Job) -> dict[str, Any]:
 
 
 def _effort(result: Track) -> dict[str, float]:
-    """What a track took, on any machine."""
+    """The effort of a track, which is the same on any machine."""
     nothing = np.empty(0)
     looked, steps = (result.info.get(name, nothing) for name in EFFORT)
     return {"evaluations": _mean(looked[1:]), "steps": _mean(steps[steps > 0])}

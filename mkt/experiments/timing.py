@@ -25,8 +25,8 @@ ROUNDS = 7
 def one_thread() -> Iterator[None]:
     """OpenCV and numpy's linear algebra with a single thread for a while.
 
-    Several stand in each other's way on a busy machine, and blur a measured time: what
-    one of them waits for another counts as its own.
+    Several threads hinder each other on a busy machine, and blur a measured time: the
+    time that one of them waits for another counts as its own.
     """
     before = cv2.getNumThreads()
     cv2.setNumThreads(1)
@@ -69,7 +69,7 @@ def milliseconds(
 ) -> float:
     """CPU time of a piece of work [ms], the shortest of some repeats.
 
-    Nothing can make it shorter than it is.
+    Disturbances can only make it longer.
 
     Parameters
     ----------

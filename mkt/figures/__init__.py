@@ -20,7 +20,7 @@ def is_static() -> bool:
 
 
 def show(name: str, **parameters: Any) -> Any:
-    """Draw a registered figure with its defaults, but for some parameters.
+    """Draw a registered figure with its defaults, except for some parameters.
 
     Returns
     -------

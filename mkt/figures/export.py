@@ -48,12 +48,12 @@ class Facts(NamedTuple):
 
 
 def checked(path: Path | str) -> Path:
-    """The path of a file to write, before the long work rather than after it.
+    """The path of a file to write, checked before the long work and not after it.
 
     Raises
     ------
     ValueError, FileNotFoundError
-        That say what to do.
+        Their messages say what to do.
     """
     path = Path(path)
     endings = (*KEYS, MOVING)
@@ -65,7 +65,7 @@ def checked(path: Path | str) -> Path:
 
 
 def write(entry: Entry, path: Path | str, parameters: Mapping[str, Any]) -> None:
-    """Draw a figure, with its defaults but for some parameters, into a file.
+    """Draw a figure, with its defaults except for some parameters, into a file.
 
     Its format is the one that the ending of the file names.
 
@@ -187,7 +187,7 @@ def save(
 def as_csv(shown: Shown, named: Mapping[str, str]) -> str:
     """What a figure shows as a table, under lines that begin with #.
 
-    These say how it came about, and what its facts are as far as they are short.
+    These say how the figure came about, and which facts it has, if they are short.
     """
     short = {name: fact for name, fact in shown.facts.items() if np.size(fact) <= 20}
     lines = [f"{name}: {text}" for name, text in named.items()]

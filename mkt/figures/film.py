@@ -1,7 +1,7 @@
 """Films in notebooks and in the book: `play` puts one inside the page.
 
 `drawn` makes the pictures of one from a figure, such as a `stage`.  Neither a network
-nor a kernel is needed to see it.  They are WebM with VP8, which browsers play and
+nor a kernel is needed to see a film.  Films are WebM with VP8, which browsers play and
 OpenCV can write by itself, at about one bit for each pixel of each picture.
 """
 
@@ -48,7 +48,7 @@ def drawn(
 ) -> Iterator[Frame]:
     """The pictures of a film, each drawn on a figure that itself stays as it is.
 
-    Drawn anew is only what moves; the rest is restored from a background.
+    Only what moves is drawn anew; the rest is restored from a background.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def play(frames: Iterable[Frame], fps: float, alt: str) -> HTML:
     frames : iterable of (H, W, 3) uint8 RGB arrays
         Of one size, at least one.
     fps : float
-        How many a second.
+        Pictures a second.
     alt : str
         What is to be seen, in words.
 

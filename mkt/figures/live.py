@@ -77,7 +77,7 @@ def _source(name: str) -> str:
 
 
 def names() -> list[str]:
-    """The names of all data, those first that are a figure's."""
+    """The names of all data, those of figures first."""
     live = [name for name, entry in FIGURES.items() if entry.live]
     return list(dict.fromkeys([*live, *DATA]))
 

@@ -64,7 +64,7 @@ class LivePanel(anywidget.AnyWidget):
         return values
 
     def _value(self, name: str, told: Any) -> Any:
-        """What the browser tells of a control, as the figure's function takes it."""
+        """The value of a control in the browser, as the figure's function takes it."""
         positions = self._entry.sliders[name]
         if isinstance(positions, list):
             return {label(each): each for each in positions}[told]

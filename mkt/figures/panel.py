@@ -26,7 +26,7 @@ LIVE_DPI, SHARP_DPI = 100, 160
 KEPT = 64  # pictures of a panel, about 15 MB
 QUICK = 0.5  # [s] of CPU for a drawing that may be made ahead
 PAUSE = 0.01  # [s] before it begins, so that a waiting move comes first
-TELL = 0.15  # [s] between two words on how far a run over a sequence is
+TELL = 0.15  # [s] between two messages on how far a run over a sequence is
 # JupyterLab has some moves answered by a second thread of the kernel, while the first
 # one draws another.
 _DRAWING = threading.Lock()
@@ -170,7 +170,7 @@ class Panel(ipywidgets.VBox):
                 loop.call_later(PAUSE, self._draw_ahead, values)
 
     def _draw_ahead(self, values: dict[str, Any]) -> None:
-        # An error will be told if it is ever asked for.
+        # An error is reported only if this picture is asked for.
         with suppress(Exception), _DRAWING:
             self._drawn(tuple(values.items()))
 
@@ -182,7 +182,7 @@ def _exact(value: Any) -> Any:
 
 @contextmanager
 def _no_garbage() -> Iterator[None]:
-    """No search for garbage: among a figure's small objects it takes a tenth of it."""
+    """No garbage collection, which takes a tenth of the time among small objects."""
     was_on = gc.isenabled()
     gc.disable()
     try:

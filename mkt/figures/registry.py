@@ -160,7 +160,7 @@ class Entry:
     def draw(
         self, dpi: float = 100, progress: Progress | None = None, **parameters: Any
     ) -> tuple[Figure, Shown]:
-        """Draw the figure, with its defaults but for some parameters.
+        """Draw the figure, with its defaults except for some parameters.
 
         Parameters
         ----------
@@ -202,7 +202,7 @@ def _heard(progress: Progress | None) -> Iterator[None]:
 
 
 def listener() -> Progress | None:
-    """Who wants to know how far a run is that the figure being drawn has asked for."""
+    """The function to call with the progress of runs for the figure being drawn."""
     return _listener.get()
 
 

@@ -4,7 +4,7 @@ Most sliders move one at a time.  Two that a figure's decorator names as its ``g
 move together: all pairs of their positions are drawn.  The page is static_panel.html
 with the pictures as data; static_panel.js, which the book loads once, moves the
 sliders.  Of a live figure, which the page computes by itself, only the picture with the
-default values is drawn: it stands there until the page is ready.
+default values is drawn: it is shown until the page is ready.
 
 Explained in notebook 01.
 """
@@ -27,7 +27,7 @@ from mkt.plotting import in_style
 
 WIDTH = 80  # [px] on the screen for an inch of figure
 PAGE_DPI = 100
-# A third smaller than WebP that looks the same; one that takes longer wins little.
+# A third smaller than a WebP that looks the same; a slower setting gains little.
 AVIF = cv2.IMWRITE_AVIF_QUALITY, 50, cv2.IMWRITE_AVIF_SPEED, 8
 POSITIONS, IN_A_GRID = 9, 5  # of a slider, at most
 # Of the site: NAME.avif, NAME.pdf and NAME.csv of each figure with its defaults.
@@ -124,7 +124,7 @@ class StaticPanel:
     def _description(self) -> str:
         """What the picture shows: its title with the values.
 
-        Where nothing moves it is the whole caption, which then is not beside it.
+        Where nothing moves it is the whole caption, which is then not shown beside it.
         """
         if not (self._groups or self._live):
             return f"{self._entry.title} {self._entry.caption}".replace("\n", " ")
@@ -197,7 +197,7 @@ def encoded(fig: Figure, ending: str, *options: int) -> bytes:
 
 
 def width(entry: Entry) -> int:
-    """Of a figure on the screen [px]."""
+    """The width of a figure on the screen [px]."""
     return round(WIDTH * entry.size[0])
 
 

@@ -1,6 +1,6 @@
 """What a slider of a figure means, in a few words: its tooltip.
 
-A name means the same in all figures; what is special in one its caption says.
+A name means the same in all figures; a caption says what is special in its figure.
 """
 
 WORDS = {

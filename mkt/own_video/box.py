@@ -68,7 +68,7 @@ def region_of(box: Sequence[float], frame: Frame) -> Region:
 def first_box(clip: tracking.Sequence) -> tuple[int, ...]:
     """A box to begin with, x, y, w, h, angle in whole pixels.
 
-    It is the head in the clip of the book, elsewhere none, of no size.
+    In the clip of the book it is the head; elsewhere it is no box, of size 0.
     """
     book = carphone()
     if clip.frames.path == book.frames.path:

@@ -108,7 +108,7 @@ class Source(ipywidgets.VBox):
             control.disabled = not on
 
     def offer(self, path: str) -> None:
-        """Have a path in the list, chosen there, and the field of other paths empty."""
+        """Put a path into the list, choose it, and empty the field of other paths."""
         if path not in dict(self.listed.options).values():
             self.typed[path] = path
         self._list(path)
@@ -137,7 +137,7 @@ class Source(ipywidgets.VBox):
 
 
 class Method(ipywidgets.HBox):
-    """The tracker, its numbers, and the seed of its chance."""
+    """The tracker, its numbers, and the seed of its random numbers."""
 
     def __init__(self):
         options = [(by_name.LABELS[name], name) for name in by_name.TRACKERS]
@@ -220,10 +220,10 @@ class Report(ipywidgets.VBox):
         self.children = self.children[:3]
 
     def say(self, error: Exception) -> None:
-        """Say an error.
+        """Report an error.
 
-        In a sentence where it is the reader's to mend, with its traceback where it is
-        ours.
+        It is one sentence if the reader can correct it, and has its traceback if the
+        fault is ours.
         """
         text = str(error)
         if not isinstance(error, (ValueError, OSError)):
@@ -243,7 +243,7 @@ class Report(ipywidgets.VBox):
         length : int, optional
             How many, if that is known.
         doing : str
-            What, in a word.
+            What is being done, in a word.
 
         Returns
         -------
@@ -291,7 +291,7 @@ class Report(ipywidgets.VBox):
             f"<code>python3 -m mkt track --settings {html.escape(settings)}</code>"
         )
         if output.stat().st_size < LARGEST:
-            # Made now, for an empty one is an error in the browser.
+            # Made now, because an empty one is an error in the browser.
             film = ipywidgets.Video.from_file(
                 output,
                 format="webm",

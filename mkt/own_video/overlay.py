@@ -55,7 +55,7 @@ def _dashed(sides: Array) -> Array:
 def _write(image: Frame, text: str, place: tuple[int, int], thick: int) -> None:
     """White letters with a black rim.
 
-    The rim is the same letters moved to four sides: thicker ones would be wider.
+    The rim is the same letters moved to four sides: thicker letters would be wider.
     """
     x, y = place
     rim = (-1, 0, BLACK), (1, 0, BLACK), (0, -1, BLACK), (0, 1, BLACK)

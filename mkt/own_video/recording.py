@@ -1,8 +1,8 @@
 """A track as files: a video with what was found drawn into it, a table, the settings.
 
-`record` writes them as a target is followed; a `Recorder` does so for whoever runs the
-loop.  Only one frame at a time is in memory.  Nothing that is there already is ever
-written over, so that a video, its table and its settings are always of one run.  A row
+`record` writes them as a target is followed; a `Recorder` does so for a program that
+runs the loop itself.  Only one frame at a time is in memory.  No existing file is ever
+overwritten, so that a video, its table and its settings are always of one run.  A row
 is in the table before its frame is in the video: what is written up to an interruption
 can be used.  A program that is killed leaves all of its rows; the last frames of the
 video, which the encoder still held, are missing then.
@@ -37,8 +37,9 @@ def checked_output(output: Path | str, source: Path | str) -> Path:
     Raises
     ------
     ValueError
-        When it cannot be written, lies among the images of the source, or when there
-        is such a video, table or settings already, be it the source under another name.
+        When it cannot be written, lies among the images of the source, or when there is
+        such a video, table or settings already, even if it is the source under another
+        name.
     """
     output = written_path(output)
     if output.suffix.lower() not in (*CODECS, *TABLES):
@@ -78,7 +79,7 @@ def is_table(output: Path) -> bool:
 
 
 def files_there(output: Path) -> list[Path]:
-    """Those of a run's files whose names are taken, be it by a link to nowhere."""
+    """Those of a run's files whose names are taken, even by a link to nowhere."""
     return [path for path in files_of(output) if os.path.lexists(path)]
 
 
@@ -99,11 +100,11 @@ class Recorder:
     output : Path
         Ends as one of `mkt.sequences.writing.CODECS`, or of `TABLES`.
     clip : Sequence
-        Whose frames will be given.
+        The sequence whose frames will be given.
     title : str
         A word for the corner.
     settings : Settings, optional
-        That give the same track again, to be written too.
+        Settings that give the same track again; they are written too.
 
     Attributes
     ----------
@@ -131,7 +132,8 @@ class Recorder:
         self._mot = table.suffix.lower() == ".txt"
         self._film = None
         with self._named(), ExitStack() as opened:
-            # Each row at once, for nobody can write it when the program is killed.
+            # Each row is written at once, because a program that is killed cannot do it
+            # later.
             file = table.open("x", buffering=1, newline="", encoding="utf-8")
             opened.enter_context(file)
             self._table = csv.writer(file)
@@ -203,7 +205,7 @@ def _check_written(path: Path, frames: int) -> None:
 def begun(
     tracker: Tracker, clip: Sequence, seed: int = 0, start: ArrayLike | None = None
 ) -> Iterator[Info]:
-    """The infos of `mkt.tracking.follow`, the first of them there already.
+    """The infos of `mkt.tracking.follow`, the first of which is computed at once.
 
     So a tracker's refusal is raised here and not later.
     """
@@ -248,7 +250,7 @@ def record(
     except ValueError as error:
         if settings is None or isinstance(error, DataError):
             raise
-        # A tracker speaks of regions, which are not what was typed.
+        # A tracker's message is about regions, which are not what was typed.
         raise ValueError(f"the box {in_words(settings.box)}: {error}") from None
     with Recorder(output, clip, title, settings) as recorder:
         frames = tqdm(clip.frames, desc=title, unit="frame", disable=None)

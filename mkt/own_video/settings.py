@@ -59,12 +59,13 @@ class Settings:
     numbers : dict
         Those of its fields, see `numbers_of`.
     seed : int
-        Of the tracker's chance.
+        Of the tracker's random numbers.
     versions : dict
         What it was run with, for comparison only.
     first, last, every : int, int or None, int
-        Which frames, counted from 0: from the first to the last one, None for that of
-        the video, and of those every so many-th.  The box is that of the first.
+        Which frames, counted from 0: those from the first to the last one, None for the
+        last one of the video, and of these one in every so many.  The box is in the
+        first.
     scale : float
         Of the frames that the tracker sees, see `mkt.trackers.scaled`.
     """
@@ -343,7 +344,8 @@ def with_numbers(name: str, numbers: Mapping[str, float]) -> Tracker:
     Raises
     ------
     ValueError
-        For an unknown tracker, a number that it does not have, or one that is none.
+        For an unknown tracker, a number that it does not have, or a value that is no
+        number.
     """
     tracker = by_name.get(name)
     if "n" in numbers:

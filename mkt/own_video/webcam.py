@@ -14,7 +14,7 @@ from mkt.sequences.video import FPS
 from mkt.sequences.writing import quiet, video_writer
 from mkt.types import Frame
 
-SLOWEST, FASTEST = 1, 240  # frames a second that a camera's own word is believed
+SLOWEST, FASTEST = 1, 240  # frames a second, between which a camera is believed
 
 
 def record(path: Path, seconds: float, camera: int = 0) -> Generator[Frame]:

@@ -50,8 +50,8 @@ class Workbench(ipywidgets.VBox):
     clip : mkt.tracking.Sequence or None
         None while EMPTY.
     task : asyncio.Task or None
-        What runs or ran last, in the kernel's own loop, so that the stop button is
-        heard between two frames.
+        What runs or ran last, in the kernel's own loop, so that the stop button works
+        between two frames.
     output : Path or None
         The last film that was written; the table and the settings lie beside it.
     """
