@@ -124,7 +124,7 @@ def _fault(error: Exception) -> str:
 
 
 def logged() -> str:
-    """Where the error that is being handled was written down, for those who mend it."""
+    """Where the error being handled was written down, for those who correct it."""
     text = "\n".join([platform.platform(), sys.version, *sys.argv])
     try:
         with NamedTemporaryFile(

@@ -220,7 +220,7 @@ def packages() -> Iterator[Finding]:
 
 
 def _version(name: str) -> str:
-    """Of an installed package, "" where there is none."""
+    """The version of an installed package, "" where there is none."""
     try:
         return importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
@@ -341,7 +341,7 @@ def box() -> Finding:
 
 
 def browser() -> Iterator[Finding]:
-    """What the tests in a browser would take."""
+    """What the tests in a browser would need."""
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
     yield _judged(
         found is not None,

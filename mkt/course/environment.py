@@ -184,8 +184,8 @@ def mark(stamp: str) -> None:
 def steps(uv: str | None) -> list[Step]:
     """The commands of a set-up.
 
-    Those of the list are checked against their hashes; the clone, which has none, comes
-    after them and fetches nothing.
+    The packages of the list are checked against their hashes; the clone, which has
+    none, comes after them and fetches nothing.
     """
     python = str(PYTHON)
     if uv:
@@ -257,7 +257,7 @@ def say(text: str) -> None:
 def become(command: list[str]) -> int:
     """Run a command in this program's place; returns the exit code.
 
-    So Ctrl-C reaches it and nobody else.
+    Then Ctrl-C reaches this command and nothing else.
     """
     if os.name != "nt":
         os.execv(command[0], command)

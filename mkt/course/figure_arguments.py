@@ -7,7 +7,7 @@ from mkt.course.own_tracker import enter
 from mkt.figures.registry import FIGURES, Entry
 
 ALL_TRACKERS = "own.success"  # draws whatever is registered
-SHORT = {"n": "particles"}  # as the papers call their number
+SHORT = {"n": "particles"}  # as the papers call the number of particles
 ANY = "Numbers need not be one of those listed, which are the positions of a slider."
 
 
@@ -47,8 +47,8 @@ def _short(entry: Entry) -> dict[str, str]:
 def parameters(entry: Entry, assignments: Iterable[str]) -> dict[str, Any]:
     """The parameters of a figure from words ``name=value``.
 
-    Each value is of the type of the paper's.  Numbers need not be positions of a
-    slider, words must.
+    Each value has the type of the paper's value.  Numbers need not be positions of a
+    slider, but words must be.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """A tracker of the user's own by the name ``module:Class``, without a change here.
 
-Entered once, it is known by that name to every command: `mkt.trackers.by_name` has it.
-Only words of the command line are taken for such a name, never those of a file, for to
-import a module is to run it.
+Once it is entered, every command knows it by that name: `mkt.trackers.by_name` has it.
+Only words of the command line are taken for such a name, never those of a file, because
+to import a module is to run it.
 """
 
 import importlib

@@ -1,8 +1,8 @@
 """Slides for a meeting on a chapter, made of the chapter itself.
 
-The question, the goals, the equations, "predict before you move" with its
-figure and its answer, and the takeaways: there is no second copy of a sentence.  One
-HTML file a chapter, which needs neither network nor JavaScript to be printed.
+The question, the goals, the equations, "predict before you move" with its figure and
+its answer, and the takeaways: there is no second copy of a sentence.  There is one HTML
+file for each chapter, which needs neither network nor JavaScript to be printed.
 """
 
 import base64

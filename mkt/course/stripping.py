@@ -1,4 +1,4 @@
-"""What a session leaves in a notebook is taken away: outputs, counts, settings.
+"""Remove what a session leaves in a notebook: outputs, counts, settings.
 
 Run as a program this is a filter, which git calls for every notebook that it compares
 (`mkt.course.commands.lab`).  It therefore needs the standard library alone: nbformat

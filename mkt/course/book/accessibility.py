@@ -1,8 +1,8 @@
 """A Sphinx extension: what the theme leaves out for some readers.
 
-For those who hear the page the captions in the list of pages are headings, and must say
-of which level.  For those who have no mouse, code, outputs and tables that are wider
-than the page scroll, and a key can scroll only what it can reach.
+Readers who hear the page meet the captions in the list of pages as headings, which need
+a level.  Code, outputs and tables that are wider than the page scroll: readers without
+a mouse can scroll only what the keyboard can reach.
 """
 
 from typing import Any

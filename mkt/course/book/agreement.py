@@ -14,8 +14,8 @@ WORDS = ("agrees", "in part", "differs", "ours")
 def said(book: Book) -> dict[str, str]:
     """{name of a figure: one of `WORDS`} for all figures of the book.
 
-    The paragraph "Printed / ours" nearest below a figure speaks of it.  It tells of
-    agreement, of a difference, or of both; a figure that no paper prints is ours.
+    The paragraph "Printed / ours" nearest below a figure speaks of it.  It mentions an
+    agreement, a difference, or both; a figure that no paper prints is ours.
     """
     return {
         name: word

@@ -20,7 +20,7 @@ PICTURES = ("image/png", "text/html")
 
 
 def strip(notebook: NotebookNode) -> NotebookNode:
-    """A copy without outputs, execution counts and what else a session leaves."""
+    """A copy without outputs, execution counts and whatever else a session leaves."""
     return nbformat.from_dict(stripping.stripped(notebook))
 
 

@@ -1,8 +1,8 @@
 """A client of Jupyter's kernels that misses no reply.
 
 nbclient waits for the reply to a cell in one long poll, which now and then misses it;
-the cell then sits until its time is up, and passes.  `Client` asks four times a second
-instead.
+the cell then waits until its time is up, and counts as passed.  `Client` asks four
+times a second instead.
 """
 
 import os
@@ -22,13 +22,13 @@ KERNELS = 2  # at a time
 
 
 class Client(NotebookClient):
-    """nbclient's, but patient; its kernel ends with the notebook, whatever stops it."""
+    """nbclient's client, made patient; its kernel always ends with the notebook."""
 
     @asynccontextmanager
     async def async_setup_kernel(self, **kwargs: Any) -> AsyncIterator[None]:
         """A kernel for the time of the notebook.
 
-        Unlike nbclient's it leaves Ctrl-C alone, so that it cancels all notebooks at
+        Unlike nbclient it does not catch Ctrl-C, which can then cancel all notebooks at
         once.
         """
         manager = self.km = self.create_kernel_manager()
@@ -37,7 +37,7 @@ class Client(NotebookClient):
         ) as sockets:
             if manager.transport == "ipc":
                 # Kernel and client run in different folders: the default, a relative
-                # path, would part them.
+                # path, would separate them.
                 manager.ip = str(Path(sockets, "kernel"))
             try:
                 await self.async_start_new_kernel(**kwargs)
@@ -82,8 +82,8 @@ def config() -> Config:
 def environment() -> dict[str, str]:
     """The environment of a kernel that runs a chapter of the book.
 
-    MPLBACKEND would take every figure out of the notebooks, without a word, so kernels
-    never see it.
+    The variable MPLBACKEND would silently remove every figure from the notebooks, so
+    kernels never see it.
     """
     seen = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}
     return seen | {"MKT_STATIC": "1"}

@@ -43,7 +43,7 @@ def of_chapter(notebook: NotebookNode, *how: Any) -> str:
     code = [(cell.id, cell.source) for cell in code_cells(notebook)]
     try:
         files = named_in(notebook)
-    except SyntaxError:  # to run it will say so
+    except SyntaxError:  # running it will report this
         files = []
     return cache.key("chapter", code, how, *_surroundings(files))
 
@@ -73,10 +73,11 @@ def _surroundings(files: Iterable[Path]) -> Iterator[Any]:
 
 
 def _digests(files: set[Path]) -> list[str]:
-    """What counts of some files.
+    """Those parts of some files that count.
 
-    Of those in the papers it is all, for their docstrings are captions; of the others
-    the code without comments, unless a figure prints source code as it stands.
+    For files in the papers that is everything, because their docstrings are captions;
+    for the others it is the code without comments, unless a figure prints source code
+    as it stands.
     """
     papers = {path for path in files if PAPERS in path.parents}
     everything = any(_prints_code(path) for path in papers)

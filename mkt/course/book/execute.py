@@ -1,6 +1,6 @@
 """Run the chapters: two kernels at a time, with a time limit for each.
 
-What a chapter put out is kept under all that its code depends on, so a chapter whose
+The outputs of a chapter are kept under all that its code depends on, so a chapter whose
 text alone has changed is not run again: its outputs are put under the new text, cell by
 cell.
 
@@ -33,7 +33,7 @@ def _from_bytes(data: bytes) -> NotebookNode:
     return nbformat.reads(data.decode(), 4)
 
 
-# Of the kernel: pictures as sharp as a screen of today shows them.
+# For the kernel: pictures as sharp as a present-day screen shows them.
 ARGUMENTS = ["--InlineBackend.figure_formats={'retina'}"]
 CHAPTERS = Shelf("chapters", ".ipynb", _as_bytes, _from_bytes)
 
@@ -95,9 +95,9 @@ async def _run_all(
 
 
 def _sound(results: list[NotebookNode | BaseException]) -> list[NotebookNode]:
-    """Results without errors.
+    """The results, if there are no errors.
 
-    Raises what nobody expected, or else all troubles of the book in one.
+    Raises an error that nobody expected, or else all troubles of the book in one.
     """
     errors = [result for result in results if isinstance(result, BaseException)]
     for error in errors:

@@ -1,4 +1,4 @@
-"""Less to load: what pages carry inside becomes files, which come when looked at.
+"""Pages that load faster: what they carry inside becomes files, loaded when seen.
 
 A notebook's output holds its pictures and films as text, a third longer than their
 bytes, and a page that has them all inside must be loaded whole.
@@ -24,9 +24,9 @@ DRAWING = re.compile(rf"({DRAWINGS}/(\w+))\.png")
 FILM = re.compile(r"(_static/\w+)\.gif")
 # What the theme writes in the colour of all code needs nothing round it.
 PLAIN = re.compile(r'<span class="(?:n|p|w)">([^<]*)</span>')
-# The theme's icons are in every page, those too that it does not use.
+# The theme's icons are in every page, even those that it does not use.
 ICON = re.compile(r'<symbol id="(svg-[\w-]+)".*?</symbol>\s*', re.DOTALL)
-# Indentation says nothing but where it is shown as it is, and in scripts.
+# Indentation means nothing except where it is shown as it is, and in scripts.
 BLANKS = re.compile(r"(<(pre|script|textarea)\b.*?</\2>)|\n\s+", re.DOTALL)
 # Lines and letters are smaller without loss, photographs with some.
 ENCODINGS = [
@@ -69,7 +69,7 @@ def address(inside: str) -> str:
 
 
 def _name(ending: str, text: str) -> str:
-    """Of the file of a picture or a film, given its text."""
+    """The name of the file of a picture or a film, given its text."""
     return f"{hashlib.sha256(base64.b64decode(text)).hexdigest()[:20]}.{ending}"
 
 
@@ -94,7 +94,7 @@ def _reduce(picture: Path) -> str:
 
 
 def _reduce_film(film: Path) -> None:
-    """Replace a GIF by an AVIF, which tells no picture anew but what changes in it."""
+    """Replace a GIF by an AVIF, which stores only what changes between pictures."""
     with Image.open(film) as gif:
         pictures = [each.convert("RGB") for each in ImageSequence.Iterator(gif)]
         pause = gif.info["duration"]

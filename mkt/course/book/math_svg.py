@@ -77,7 +77,7 @@ def svg(tex: str, node: Node | None = None, inline: bool = False) -> str:
 def shorter(path: str) -> str:
     """The data of a path in less than half as many letters.
 
-    Its points are told by the way from the one before, to a hundredth of a pixel.
+    Each point is given by the way from the one before, to a hundredth of a pixel.
 
     Parameters
     ----------

@@ -78,7 +78,7 @@ SETTINGS = {
     "autodoc_preserve_defaults": True,
     "autodoc_typehints": "none",  # the sections of the docstrings say more
     "python_maximum_signature_line_length": 88,
-    "viewcode_follow_imported_members": False,  # numpy's sources are numpy's to show
+    "viewcode_follow_imported_members": False,  # numpy shows its own sources
     "napoleon_google_docstring": False,
     # As lists: what stands for a type, "(J, m) array", is no name to be looked up.
     "napoleon_use_param": False,
@@ -158,7 +158,7 @@ def first(book: Book, verdicts: list[str]) -> str:
 def gallery(book: Book, moves: Mapping[str, list[str]]) -> str:
     """gallery.md: every figure, with links to its chapter and to its source.
 
-    A card plays the pictures {figure: addresses} that there are under the mouse.
+    Under the mouse, a card plays those pictures {figure: addresses} that there are.
     """
     chapters = {name: chapter for chapter in book.chapters for name in chapter.figures}
     papers: dict[str, list[dict[str, str]]] = {}
@@ -278,7 +278,7 @@ def track() -> str:
 
 
 def modules() -> list[str]:
-    """The names of all modules of the library, but for the door of the command line."""
+    """The names of all modules of the library, except that of the command line."""
     found = pkgutil.walk_packages(mkt.__path__, "mkt.")
     return ["mkt", *(info.name for info in found if info.name != "mkt.__main__")]
 

@@ -1,6 +1,7 @@
 """The pictures that a slider of a chapter's page chooses among, as files of the site.
 
-The gallery plays those of a figure's first slider, so that nothing is drawn for it.
+The gallery plays those of a figure's first slider, so that nothing more has to be
+drawn.
 """
 
 import json

@@ -89,14 +89,14 @@ def _pages(book: Book, notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
 
 
 def _scripts() -> dict[str, str]:
-    """The same of the styles, and of what moves the figures."""
+    """The same for the styles, and for what moves the figures."""
     files = *pages.STYLES, SCRIPT, pages.CODE, pages.PLAYS
     texts = live.scripts() | {path.name: path.read_text("utf-8") for path in files}
     return {f"_static/{name}": text for name, text in texts.items()}
 
 
 def _reference() -> dict[str, str]:
-    """The same of the pages of the library, under their names of today and of old."""
+    """The same for the pages of the library, under their new and their old names."""
     _, *names = pages.modules()
     reference = {f"api/{name}.rst": pages.module(name) for name in names}
     old = {f"moved/{name}": text for name, text in pages.moved().items()}
@@ -104,7 +104,7 @@ def _reference() -> dict[str, str]:
 
 
 def _chapters(notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
-    """The same of the chapters, and of their notebooks to be taken away."""
+    """The same for the chapters, and for their notebooks, to be downloaded."""
     shown = {
         f"{name}.ipynb": nbformat.writes(_with_link(prepare(notebook), name))
         for name, notebook in notebooks.items()
@@ -128,7 +128,7 @@ def _with_link(page: NotebookNode, name: str) -> NotebookNode:
 
 
 def _labs() -> dict[str, str]:
-    """The same of the labs as students get them, where chapters look for them."""
+    """The same for the labs as students get them, where chapters look for them."""
     return {
         f"{HANDOUT.name}/{name}.ipynb": nbformat.writes(released(lab))
         for name, lab in labs().items()
@@ -179,7 +179,7 @@ def _place(name: str) -> NotebookNode:
 
 
 def _fold_imports(cell: NotebookNode) -> None:
-    """Let a cell that does little but import show no more than that it is there."""
+    """Fold a cell that does little but import, so that only its place is shown."""
     imports = [isinstance(node, IMPORTS) for node in tree(cell).body]
     if imports and sum(imports) > len(imports) / 2:
         cell.metadata["tags"] = [*cell.metadata.get("tags", ()), "hide-input"]

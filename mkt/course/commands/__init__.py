@@ -2,8 +2,8 @@
 
 A command module has `add`, which describes its words to argparse, and `run`, which does
 the work and returns the exit code or None.  Nothing heavy is imported before a command
-runs, so that --help needs no installed package.  What is wrong with its input a command
-raises as ValueError or OSError; `mkt.course.cli` says it in one line.
+runs, so that --help needs no installed package.  A command reports what is wrong with
+its input as a ValueError or OSError; `mkt.course.cli` prints this in one line.
 """
 
 import argparse

@@ -84,7 +84,7 @@ def _add_words(add_argument: Callable) -> None:
 
 
 def _add_files(add_argument: Callable) -> None:
-    """Say what is written."""
+    """Say which words name what is written."""
     add_argument(
         "--tracks",
         type=Path,
@@ -128,7 +128,7 @@ def run(args) -> None:
 
 
 def _time() -> None:
-    """Time the core on one thread, which numpy is told before it is loaded."""
+    """Time the core on one thread; numpy must be told before it is loaded."""
     for library in ("OPENBLAS", "MKL", "OMP"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     from mkt.course import speed

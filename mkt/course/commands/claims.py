@@ -64,7 +64,7 @@ def run(args) -> None:
             print(f"{claim.name}  {claim.sentence}")
         return
     if args.output:
-        new_file(args.output)  # said before the long work, not after it
+        new_file(args.output)  # refused before the long work, not after it
     if args.shipped:
         measured = shipped.claimed(args.ids)
     else:

@@ -76,7 +76,7 @@ def writable() -> Path:
 def _tell_git() -> None:
     """Let git in this clone strip notebooks before it compares them.
 
-    It still calls one changed whose size is another.  To add those that differ in
+    Git still calls a notebook changed if its size differs.  Adding those that differ in
     nothing else stages nothing, and lets git see that they are the same.
     """
     if not (shutil.which("git") and (ROOT / ".git").exists()):

@@ -24,7 +24,7 @@ def add(commands: Commands) -> None:
 
 
 def run(args) -> int:
-    """Run pytest on the checkout, where two at once would build one site."""
+    """Run pytest on the checkout, one at a time: two would build the same site."""
     import pytest
 
     os.chdir(ROOT)

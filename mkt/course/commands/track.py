@@ -158,7 +158,7 @@ def check(args) -> str | None:
         return CAMERA.format(args.video)
     if args.box and len(args.box) > 1:
         return "track follows one object; RESEARCH.md has ten lines for several"
-    # A file is not believed where code is to be run: the class must be said again.
+    # A file is not trusted where code is to be run: the class must be named again.
     known = args.tracker == TRACKER or ":" in args.tracker
     said = args.box, args.particles, args.seed, *_part(args).values()
     if args.settings and not (known and said == (None, None, 0, 0, None, 1, 1.0)):
@@ -189,7 +189,7 @@ def _ask(args) -> int:
     from mkt.own_video import recording, settings
     from mkt.sequences.formats import video
 
-    # A wrong name is said now, not after the box was read off.
+    # A wrong name is reported now, not after the box was read off.
     settings.with_numbers(args.tracker, _particles(args))
     clip = video(args.video)
     words = recording.ask_for_box(clip, _output(args, args.video), args.first)

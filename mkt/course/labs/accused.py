@@ -31,7 +31,7 @@ def main() -> None:
     """Serve the judge until it closes the pipe."""
     requests, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     with Path(os.devnull).open("r+b") as nowhere:
-        for stream in range(3):  # what the students print reaches nobody
+        for stream in range(3):  # nobody gets what the students print
             os.dup2(nowhere.fileno(), stream)
     os.environ |= {"MPLBACKEND": "agg", "MKT_STATIC": "0"}
     if "boxed" in sys.argv:
@@ -84,7 +84,7 @@ class Accused:
         states = {k: rng.bit_generator.state for k, rng in self.generators.items()}
         try:
             message = pack(answer | {"states": states}, self.keep)
-        except BaseException as error:  # a list in itself, an object that resists
+        except BaseException as error:  # a list in itself, an object that raises
             message = pack(_told(error) | {"states": states}, self.keep)
         send(self.replies, message)
 
@@ -112,7 +112,7 @@ class Accused:
         return {"value": getattr(self.kept[request["kept"]], request["name"])}
 
     def named(self, name: str) -> Any:
-        """What the student has called so.
+        """The object to which the student has given this name.
 
         Raises
         ------
@@ -134,7 +134,7 @@ class Accused:
 
 
 class _Unpickler(pickle.Unpickler):
-    """Of what the judge sends, which is trusted."""
+    """Reads what the judge sends, which is trusted."""
 
     def __init__(self, file, accused: Accused):
         super().__init__(file)

@@ -146,7 +146,7 @@ def _total(row: Row, lab: NotebookNode | None) -> str:
     Raises
     ------
     ValueError
-        For what is no number of points.
+        For a text that is no number of points.
     """
     if lab is None or not row["points"]:
         return ""
@@ -173,7 +173,7 @@ def _points(text: str, most: float, row: Row) -> float:
 
 
 def _columns(rows: Iterable[Row], sources: Labs) -> list[str]:
-    """Of the table: with all checks and questions of the labs that it has."""
+    """The columns of the table: all checks and questions of the labs that it has."""
     before, after = COLUMNS
     present = {row["lab"] for row in rows}
     pieces = [
@@ -211,7 +211,7 @@ def _names(found: Iterable[Submission]) -> dict[Path, str]:
 
 
 def _key(one: Submission) -> tuple[str, str]:
-    """What a row knows a submission by."""
+    """By what a row recognises a submission."""
     return table.harmless(str(one.path)), one.sha256
 
 

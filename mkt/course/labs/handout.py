@@ -45,7 +45,7 @@ def write(folder: Path) -> list[Path]:
     Parameters
     ----------
     folder : Path
-        Which must not be there yet, and a file of the same name with .zip neither.
+        It must not be there yet, and neither must a file of the same name with .zip.
 
     Returns
     -------
@@ -76,7 +76,7 @@ def write(folder: Path) -> list[Path]:
 
 
 def _let_git_take_the_labs(ignored: Path) -> None:
-    """In a clone the released labs are nobody's but the reader's; here they are all."""
+    """Let git take the released labs, which it ignores in a clone."""
     lines = ignored.read_text(encoding="utf-8").splitlines(keepends=True)
     kept = [line for line in lines if line.strip("/\n") != _inside(HANDOUT)]
     ignored.write_text("".join(kept), encoding="utf-8")

@@ -30,7 +30,7 @@ class Trouble(RuntimeError):
 
 
 class Judge:
-    """The given cells of a lab, executed, and its checks, ready to be.
+    """The given cells of a lab, executed, and its checks, ready to be executed.
 
     Parameters
     ----------
@@ -111,11 +111,11 @@ def judged(
     given, checks : list of Cell
         Of the lab.
     theirs : list of Cell
-        All of the student's but the checks.
+        All cells of the student except the checks.
     limit : float [s]
         What a cell or a check may take.
     boxed : bool
-        Whether the student's run in bubblewrap's box.
+        Whether the student's cells run in bubblewrap's box.
 
     Raises
     ------

@@ -111,7 +111,7 @@ def marks(lab: NotebookNode, failures: Mapping[str, str]) -> list[Mark]:
 def merged(lab: NotebookNode, notebook: NotebookNode) -> NotebookNode:
     """A student's notebook with the checks and given cells of the lab.
 
-    They take the place of its own, under the ids that those have.
+    They take the place of the student's own cells, under the ids that those have.
     """
     ours = of_role(lab, "check", "given")
     cells = [

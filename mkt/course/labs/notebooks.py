@@ -78,7 +78,7 @@ def points(cell: NotebookNode) -> float:
 def of_role(notebook: NotebookNode, *roles: str) -> dict[str, NotebookNode]:
     """The cells of a notebook in these roles, {grade_id: cell}, in order.
 
-    Of two with the same grade_id it is the last.
+    Of two cells with the same grade_id the last one counts.
     """
     return {name(cell): cell for cell in notebook.cells if role(cell) in roles}
 
@@ -104,7 +104,8 @@ def headings(notebook: NotebookNode) -> dict[str, str]:
 def released(lab: NotebookNode) -> NotebookNode:
     """The student's version of a lab: without solutions and hidden tests.
 
-    Its cells have nbgrader's checksums, by which that finds what a student has edited.
+    Its cells have nbgrader's checksums, by which nbgrader finds what a student has
+    edited.
     """
     student = copy.deepcopy(lab)
     student.cells = [cell for cell in student.cells if cell.get("id") != "teacher"]

@@ -55,7 +55,7 @@ def write(output: Path, row: Row, lab: NotebookNode) -> None:
 
 
 def write_rubrics(output: Path, labs: dict[str, NotebookNode]) -> None:
-    """Write what a person goes by who reads the answers: TABLE_rubrics.md.
+    """Write TABLE_rubrics.md, by which a person marks the answers.
 
     Parameters
     ----------

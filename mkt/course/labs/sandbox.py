@@ -72,7 +72,7 @@ def _as_nobody() -> list[str]:
 
 
 def _bound(path: Path) -> list[str]:
-    """What there is of a path can be read, and the folders above it be passed."""
+    """Words that make a path readable, if it is there, and the folders above it."""
     above = [str(folder) for folder in reversed(path.parents)][1:]
     passed = [word for one in above for word in ("--perms", "0755", "--dir", one)]
     return [*passed, "--ro-bind-try", str(path), str(path)]
@@ -110,7 +110,7 @@ def _environment() -> dict[str, str]:
 
 
 def environment_outside() -> dict[str, str]:
-    """Of a program that is trusted and has no box."""
+    """The environment of a program that is trusted and has no box."""
     return os.environ | {"PYTHONPATH": str(ROOT)}
 
 

@@ -1,10 +1,10 @@
 """The judge's end of the conversation with a student's code.
 
-A `Student` stands for the process of `mkt.course.labs.accused`.  It starts that when it
-is needed, and anew when the code has ended it; what ended it is left out then.  The
-functions of the student are called by value: copies of the arguments go there, plain
-values come back.  The judge's own functions among the arguments stay here and are
-called back, so that a check can look on.
+A `Student` stands for the process of `mkt.course.labs.accused`.  It starts this process
+when it is needed, and again when the code has ended it; the cell that ended it is then
+left out.  The functions of the student are called by value: copies of the arguments go
+there, plain values come back.  The judge's own functions among the arguments stay here
+and are called back, so that a check can look on.
 """
 
 import io
@@ -184,7 +184,7 @@ class Student:
                 self.deadly.add(cell.name)
 
     def allow(self) -> None:
-        """From now on there is the time of one cell or check."""
+        """Start the time of one cell or check."""
         self.deadline = min(time.monotonic() + self.limit, self.end)
 
     def ask(self, request: dict[str, Any]) -> dict[str, Any]:
@@ -199,7 +199,7 @@ class Student:
         left = self.deadline - time.monotonic()
         if left <= 0:
             raise TheirError(self.late())
-        self.generators = []  # of this request; earlier ones have told how far they are
+        self.generators = []  # of this request; the states of earlier ones are known
         self.say(request | {"limit": left})
         while "back" in (answer := self.hear()):
             self.say(self.called_back(answer))
@@ -208,7 +208,7 @@ class Student:
         return answer
 
     def late(self) -> str:
-        """What is said of what took too long."""
+        """The message about what took too long."""
         if time.monotonic() >= self.end:
             return OVER
         return f"not finished after {self.limit:g} s: is there a loop that never ends?"
@@ -244,7 +244,7 @@ class Student:
         raise TheirError(words)
 
     def called_back(self, answer: dict[str, Any]) -> dict[str, Any]:
-        """What a function of the judge's says to the student."""
+        """What a function of the judge's answers to the student."""
         try:
             function = self.functions[answer["back"]]
             said = {"value": function(*answer["args"], **answer["kwargs"])}
@@ -255,7 +255,7 @@ class Student:
 
 
 class _Pickler(pickle.Pickler):
-    """Of messages to the student."""
+    """Writes messages to the student."""
 
     def __init__(self, file, student: Student):
         super().__init__(file, protocol=5)

@@ -73,7 +73,7 @@ def handed_in(folder: Path, names: Iterable[str], copies: Path) -> list[Submissi
 
 
 def submissions(folder: Path, names: Iterable[str]) -> list[Submission]:
-    """What was handed in, also what is no notebook, no file even.
+    """What was handed in, even if it is no notebook, or not even a file.
 
     They are STUDENT/[.../]LAB.ipynb, as nbgrader's ``submitted`` has them, or
     STUDENT_LAB.ipynb; the name of the lab may stand anywhere in that of the file.

@@ -34,7 +34,7 @@ def seed_of(text: str) -> int:
     Raises
     ------
     TypeError
-        For what is no text.
+        For a name that is no text.
     ValueError
         For a name without letters.
     """
