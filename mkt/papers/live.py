@@ -210,9 +210,9 @@ def _waiting() -> dict[str, Any]:
 
 
 def _behind_the_tree(k: int) -> dict[str, Any]:
-    """Frame k to look at and, reduced to the colours that its bins tell apart, to bin.
+    """Frame k to look at; and, in the colours that its bins tell apart, to be binned.
 
-    With where the student is, while most of the student is seen.
+    It comes with the place of the student, while most of the student is seen.
     """
     clip = runs.clip(students(0))
     frame, seen = clip.frames[k], clip.visibility[k] > SEEN

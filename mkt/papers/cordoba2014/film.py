@@ -23,10 +23,10 @@ def width(track: Track) -> Array:
 def film(
     clip: Sequence, tracks: Mapping[str, Track], every: int = 4
 ) -> Iterator[Frame]:
-    """The boxes of trackers with their particles, dashed the truth.
+    """The boxes of trackers with their particles; the truth is dashed.
 
-    At the right how wide the clouds are; shaded are the frames in which more than half
-    of the target is hidden.
+    The curves at the right show how wide the clouds are.  Frames in which more than
+    half of the target is hidden are shaded.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """The printed Table 1 of [C14]: its numbers, its trackers, what stands for its data.
 
 Where MKT_DATA has the BoBoT benchmark, its sequences are used, else their synthetic
-twins of `mkt.scenes.cordoba2014`; `said` tells which.
+twins of `mkt.scenes.cordoba2014`; `said` names the one in use.
 """
 
 from dataclasses import dataclass

@@ -45,7 +45,7 @@ class Round(NamedTuple):
     distance : float
         d_m there.
     ancestors : (N,) int array
-        Who lives on.
+        The particles that live on.
     """
 
     before: Regions

@@ -123,7 +123,7 @@ def styles(names: Sequence[str]) -> list[dict[str, Any]]:
 def counts(percent: str, n: int, rounding: str = "truncated") -> list[int]:
     """The whole numbers k for which k of n frames is printed as this percentage.
 
-    Integers only, for floats would be off by one.
+    Only integers are used, because floats would be off by one.
 
     Parameters
     ----------

@@ -294,7 +294,7 @@ def runs() -> pd.DataFrame:
 
 
 def contenders(kind: str) -> dict[str, Tracker]:
-    """Who runs on the scenes of a kind."""
+    """The trackers that run on the scenes of a kind."""
     return {
         "light": partial(measuring, *BINS),
         "noise": partial(measuring, "930 bins"),

@@ -65,8 +65,9 @@ def learning(
 ) -> Iterator[Frame]:
     """A model that follows the target's looks, [N03], (11) and (12), or something else.
 
-    Dashed the truth.  At the right, how alike the model is to the van as it looks
-    (full) and to what is beside it (dotted), and the tracker's own score (thin).
+    The truth is dashed.  The curves at the right show how alike the model is to the van
+    as it looks (full) and to what is beside it (dotted), and the tracker's own score
+    (thin).
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Figures 4 and 6 to 10 of [N03]: its tracker on whole sequences.
 
-They are rebuilt in `mkt.scenes.nummiaro2003`, but for a real head.
+The sequences are rebuilt in `mkt.scenes.nummiaro2003`, except for a real head.
 """
 
 from collections.abc import Mapping
@@ -488,7 +488,7 @@ def fig9(
         held = [overlap(track.regions, clip.truth)[1:] > HIT for track in tracks]
         error = np.abs(widths / true - 1)[:, 1:][np.array(held)]
         means.append(f"{title} {error.mean():.0%} ({np.mean(held):.0%} held)")
-        looked = score[np.isfinite(score)]  # none is told while it searches
+        looked = score[np.isfinite(score)]  # there is none while it searches
         measured = {"error": error, "held": np.mean(held, 1), "score": looked}
         facts |= {f"{title} {name}": value for name, value in measured.items()}
         facts |= _likeness_facts(title, alike)
