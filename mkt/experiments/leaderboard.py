@@ -254,6 +254,14 @@ def _on_the_others(rows: pd.DataFrame) -> str:
     )
 
 
+def for_release(table: Path, names: Iterable[str]) -> Board | None:
+    """Some trackers on what a table of the release has; None where that is missing."""
+    if table == release.TRACKED:
+        return synthetic(names)
+    boards, _ = recorded(names, archive="BoBoT")
+    return boards[0] if boards else None
+
+
 def _dated(board: Board, made: release.Made) -> Board:
     data = f"{board.data} Run on {made.date} with the seeds {made.seeds}."
     return Board(board.title, data, board.rows, board.case)

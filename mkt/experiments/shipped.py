@@ -11,6 +11,7 @@ that no build of the book runs trackers for hours; where the code has changed si
 
 import datetime
 import hashlib
+import inspect
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -26,14 +27,23 @@ from mkt.experiments.claims_as_text import measured as measured_as_text
 from mkt.experiments.statistics import STATISTICS
 from mkt.experiments.sweep import NUMBERS
 from mkt.files import DATA, PACKAGE, DataError, whole
+from mkt.trackers import by_name
+from mkt.tracking import Tracker
 
 CLAIMED, TRACKED, BOBOT, ABLATED, WISHED = (
     DATA / f"{name}.csv"
     for name in ("claims", "tracking", "bobot", "ablation", "wishes")
 )
 PAPERS, FIGURES = PACKAGE / "papers", PACKAGE / "figures"
-# Where the code begins that the numbers depend on.
-TRACKING = (PACKAGE / "experiments" / "sweep.py", PACKAGE / "trackers" / "by_name.py")
+RANKED = ("tracking", "bobot")  # tables whose parts are trackers
+# Where the code begins that the numbers of all tables depend on, and of these three.
+RUNS = (PACKAGE / "experiments" / "sweep.py", *sorted(PACKAGE.glob("scenes/*.py")))
+STARTS = {
+    "claims": sorted(PACKAGE.glob("papers/*/claims.py")),
+    "ablation": [PAPERS / "cordoba2014" / "ablation.py"],
+    "wishes": [PAPERS / "lessons" / "wishes.py"],
+}
+BY_NAME = PACKAGE / "trackers" / "by_name.py"  # imports all trackers, and runs none
 COMMANDS = {
     CLAIMED: "python3 -m mkt claims --release",
     TRACKED: "python3 -m mkt bench tracking --release",
@@ -60,28 +70,49 @@ class Made:
         The first, and the one after the last, as 1000:1032.
     versions : list of str
         Of Python and the packages that numbers depend on.
-    code : str
-        A hash of the code.
+    code : dict
+        Part of the table -> a hash of its code, see `codes_of`.
     """
 
     command: str
     date: str
     seeds: str
     versions: list[str]
-    code: str
+    code: dict[str, str]
 
 
-def code_of(table: Path) -> str:
-    """The hash of the code that a table depends on, as it is now.
+def codes_of(table: Path) -> dict[str, str]:
+    """The hashes of the code that the parts of a table depend on, as it is now.
 
-    For the claims it covers what they measure, but not how figures are drawn.
+    A ranking has a part for each tracker, under its name; every other table is one
+    part, under its own.  Of these it is what is measured, however figures are drawn.
     """
-    scenes = [*PACKAGE.glob("scenes/*.py")]
-    if table != CLAIMED:
-        return cache.state([*TRACKING, *scenes])
-    files = reachable([*PACKAGE.glob("papers/*/claims.py"), *TRACKING, *scenes])
+    if table.stem in RANKED:
+        return {name: _code_of_tracker(by_name.get(name)) for name in by_name.TRACKERS}
+    files = reachable([*STARTS.get(table.stem, ()), *RUNS, *_claimants(table)])
     measuring = (path for path in sorted(files) if FIGURES not in path.parents)
-    text = "\n".join(map(cache.stripped, measuring))
+    return {table.stem: _short("\n".join(map(cache.stripped, measuring)))}
+
+
+def _code_of_tracker(tracker: Tracker) -> str:
+    """Of its code, its settings, and the scenes."""
+    return _short(repr(tracker) + cache.state([_home(tracker), *RUNS]))
+
+
+def _claimants(table: Path) -> list[Path]:
+    """The files of the trackers that the claims run; none of another table."""
+    if table.stem != CLAIMED.stem:
+        return []
+    needs = (cells for claim in CLAIMS.values() for cells in claim.needs.values())
+    return sorted({_home(tracker) for cells in needs for tracker in cells.values()})
+
+
+def _home(tracker: Tracker) -> Path:
+    """The file of a tracker's class."""
+    return Path(inspect.getfile(type(tracker)))
+
+
+def _short(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -104,7 +135,12 @@ def reachable(files: Iterable[Path]) -> set[Path]:
 
 
 def _next(path: Path, first: bool) -> list[Path]:
-    """The files that a file imports; for a first one also what its registries find."""
+    """The files that a file imports; for a first one also what its registries find.
+
+    Who takes a tracker by its name depends on none of the others.
+    """
+    if path == BY_NAME:
+        return []
     imported = cache.imported(path)
     if first or PAPERS in path.parents:
         return imported
@@ -112,9 +148,10 @@ def _next(path: Path, first: bool) -> list[Path]:
     return [other for other in imported if PAPERS not in other.parents]
 
 
-def changed(table: Path, made: Made) -> bool:
-    """Whether the code has changed since a table was made."""
-    return made.code != code_of(table)
+def changed(table: Path, made: Made) -> list[str]:
+    """The parts of a table whose code has changed since it was made."""
+    now = codes_of(table)
+    return [part for part, code in now.items() if made.code.get(part) != code]
 
 
 def write_claims(measured: Iterable[Measured], table: Path = CLAIMED) -> None:
@@ -220,6 +257,26 @@ def write_runs(rows: pd.DataFrame, seeds: Sequence[int], table: Path) -> None:
     _write(table, rows, seeds, {})
 
 
+def renewed(table: Path, fresh: pd.DataFrame) -> pd.DataFrame:
+    """The runs of a ranking, those of some trackers replaced by fresh ones.
+
+    Raises
+    ------
+    DataError
+        Where the table cannot be read.
+    """
+    rows, _ = read_runs(table)
+    rows = pd.concat([rows[~rows["tracker"].isin(fresh["tracker"])], fresh])
+    places = {"source": list(rows["source"].unique()), "tracker": [*by_name.TRACKERS]}
+    return rows.sort_values(
+        ["source", "tracker", "seed"],
+        key=lambda each: (
+            each.map(places[each.name].index) if each.name in places else each
+        ),
+        ignore_index=True,
+    )
+
+
 def read_runs(table: Path) -> tuple[pd.DataFrame, Made]:
     """The runs of a release, and how they were made.
 
@@ -258,7 +315,7 @@ def _write(
         "date": datetime.date.today().isoformat(),
         "seeds": f"{seeds[0]}:{seeds[-1] + 1}",
         "versions": cache.versions(),
-        "code": code_of(table),
+        "code": codes_of(table),
     }
     with whole(table) as half:
         rows.to_csv(half, index=False, float_format=DIGITS, lineterminator="\n")

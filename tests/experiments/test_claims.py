@@ -264,11 +264,13 @@ def test_every_claim_is_shipped_with_all_its_scenes():
         assert {len(part.values) for part in one.parts} == {len(HELD_BACK)}
 
 
-def test_a_table_of_other_code_is_known(tmp_path):
+def test_a_table_of_other_code_is_known():
     rows, made = shipped.read_runs(shipped.TRACKED)
-    here = replace(made, code=shipped.code_of(shipped.TRACKED))
-    assert not shipped.changed(shipped.TRACKED, here)
-    assert shipped.changed(shipped.TRACKED, replace(made, code="0" * 16))
+    codes = shipped.codes_of(shipped.TRACKED)
+    assert shipped.changed(shipped.TRACKED, replace(made, code=codes)) == []
+    other = replace(made, code=codes | {"wm": "0" * 16})
+    assert shipped.changed(shipped.TRACKED, other) == ["wm"]
+    assert len(shipped.changed(shipped.TRACKED, replace(made, code={}))) == len(codes)
     assert set(rows["tracker"]) == set(by_name.TRACKERS)
     assert set(rows["source"]) == set(SCENES)
     assert (
@@ -282,12 +284,42 @@ def test_a_claim_hangs_on_what_it_measures_and_on_no_drawing(monkeypatch):
     monkeypatch.setattr(
         cache, "stripped", lambda path: read.add(path) or stripped(path)
     )
-    shipped.code_of(shipped.CLAIMED)
+    shipped.codes_of(shipped.CLAIMED)
     names = {path.relative_to(PACKAGE).as_posix() for path in read}
     measuring = {"papers/teuliere2009/claims.py", "trackers/ssd.py", "scenes/drawn.py"}
     assert measuring | {"servoing/loop.py", "histograms.py", "tracking.py"} <= names
     drawing = ("figures/", "papers/lessons/", "papers/live.py", "course/")
     assert not any(name.startswith(drawing) for name in names)
+    assert "trackers/guided.py" not in names  # no claim runs it
+
+
+def test_a_tracker_in_a_ranking_hangs_on_its_own_code_and_settings(monkeypatch):
+    before = shipped.codes_of(shipped.TRACKED)
+    stripped = cache.stripped
+    monkeypatch.setattr(
+        cache,
+        "stripped",
+        lambda path: stripped(path) + " " * (path.name == "guided.py"),
+    )
+    other = replace(by_name.get("ssd"), iterations=3)
+    get = by_name.get
+    monkeypatch.setattr(by_name, "get", lambda n: other if n == "ssd" else get(n))
+    after = shipped.codes_of(shipped.TRACKED)
+    assert {name for name in before if before[name] != after[name]} == {"guided", "ssd"}
+
+
+def test_fresh_runs_take_the_place_of_their_trackers_old_ones():
+    rows, _ = shipped.read_runs(shipped.BOBOT)
+    fresh = rows[rows["tracker"] == "guided"].assign(overlap=0.5)
+    table = shipped.renewed(shipped.BOBOT, fresh.sample(frac=1, random_state=0))
+    assert (
+        (table[["tracker", "source", "seed"]] == rows[["tracker", "source", "seed"]])
+        .all()
+        .all()
+    )
+    assert (
+        table["overlap"] == rows["overlap"].where(rows["tracker"] != "guided", 0.5)
+    ).all()
 
 
 def mostly_the_same(now, then):

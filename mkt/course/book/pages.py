@@ -215,7 +215,7 @@ def claims(results: list[Result], made: shipped.Made) -> str:
         pairs=len(pairs),
         rule=RULE,
         made=made,
-        changed=shipped.changed(shipped.CLAIMED, made),
+        changed=bool(shipped.changed(shipped.CLAIMED, made)),
         modules=list(modules),
     )
 
