@@ -42,8 +42,8 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `~mkt.scenes.varied`, `~mkt.scenes.two_cameras`,
                    `~mkt.scenes.cards` in space
 `mkt.sequences`    `~mkt.sequences.video` in, `~mkt.sequences.writing` out,
-                   `~mkt.sequences.tracks` as text,
-                   `~mkt.sequences.formats`, `~mkt.sequences.benchmarks`,
+                   `~mkt.sequences.quiet`, `~mkt.sequences.tracks` as text,
+                   `~mkt.sequences.truth_formats`, `~mkt.sequences.benchmarks`,
                    `~mkt.sequences.carphone`
 `mkt.servoing`     `~mkt.servoing.features`, `~mkt.servoing.law`,
                    `~mkt.servoing.self_motion`, `~mkt.servoing.poles`,
@@ -62,7 +62,7 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
 `mkt.papers`       what is drawn and claimed, a folder for each paper;
                    `~mkt.papers.runs` keeps the runs, `~mkt.papers.live` has what
                    live figures are given
-`mkt.own_video`    `~mkt.own_video.box`, `~mkt.own_video.settings`,
+`mkt.own_video`    `~mkt.own_video.typed_box`, `~mkt.own_video.settings`,
                    `~mkt.own_video.recording`,
                    `~mkt.own_video.overlay`, `~mkt.own_video.webcam`,
                    `~mkt.own_video.workbench`, `~mkt.own_video.controls`,
@@ -134,7 +134,7 @@ _PUBLIC = {
     "mkt.scenes.drawn": "Drawn drawn",
     "mkt.scenes.rendering": "Layer Scene",
     "mkt.sequences.carphone": "Carphone carphone",
-    "mkt.sequences.formats": "bobot mot otb video vot",
+    "mkt.sequences.truth_formats": "bobot mot otb video vot",
     "mkt.servoing.features": "Camera error features interaction_matrix moments",
     "mkt.servoing.law": "AdaptiveGain twist",
     "mkt.servoing.loop": "Experiment Servo close_loop",

@@ -19,12 +19,13 @@ from typing import Any
 from tqdm import tqdm
 
 from mkt.files import DataError, flush, in_one_piece, named, whole, written_path
-from mkt.own_video.box import in_words
 from mkt.own_video.overlay import annotated, pixel_grid
 from mkt.own_video.settings import Settings
+from mkt.own_video.typed_box import in_words
+from mkt.sequences.quiet import quiet
 from mkt.sequences.tracks import COLUMNS, mot_row, row
 from mkt.sequences.video import VideoFile
-from mkt.sequences.writing import CODECS, quiet, video_writer
+from mkt.sequences.writing import CODECS, video_writer
 from mkt.tracking import Info, Sequence, Tracker, follow
 from mkt.types import ArrayLike, Frame
 

@@ -20,8 +20,8 @@ from typing import Any
 
 from mkt import tracking
 from mkt.files import DataError, existing_file, whole, written_path
-from mkt.own_video.box import region_of
-from mkt.sequences import formats
+from mkt.own_video.typed_box import region_of
+from mkt.sequences import truth_formats
 from mkt.sequences.video import IMAGES
 from mkt.trackers import by_name
 from mkt.trackers.scaled import Scaled
@@ -111,7 +111,7 @@ class Settings:
         ValueError
             When the box is not in it, or it has no such frames.
         """
-        clip = formats.video(self.video)
+        clip = truth_formats.video(self.video)
         end = len(clip) if self.last is None else self.last + 1
         if not 0 <= self.first < end <= len(clip):
             raise ValueError(

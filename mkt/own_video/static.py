@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import cv2
 
 from mkt.figures.film import play
-from mkt.own_video.box import first_box
 from mkt.own_video.overlay import annotated
 from mkt.own_video.settings import settled
+from mkt.own_video.typed_box import first_box
 from mkt.sequences.carphone import carphone
 from mkt.tracking import follow
 from mkt.types import Frame

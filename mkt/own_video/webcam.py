@@ -10,8 +10,9 @@ from pathlib import Path
 import cv2
 
 from mkt.files import DataError
+from mkt.sequences.quiet import quiet
 from mkt.sequences.video import FPS
-from mkt.sequences.writing import quiet, video_writer
+from mkt.sequences.writing import video_writer
 from mkt.types import Frame
 
 SLOWEST, FASTEST = 1, 240  # frames a second, between which a camera is believed

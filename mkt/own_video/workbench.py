@@ -17,13 +17,13 @@ import traitlets
 
 from mkt.figures import is_static
 from mkt.own_video import webcam
-from mkt.own_video.box import first_box, region_of
 from mkt.own_video.box_picker import BoxPicker
 from mkt.own_video.controls import Method, Report, Source
 from mkt.own_video.recording import Recorder, begun, free
 from mkt.own_video.settings import Settings, settled
 from mkt.own_video.static import Finished
-from mkt.sequences.formats import video
+from mkt.own_video.typed_box import first_box, region_of
+from mkt.sequences.truth_formats import video
 from mkt.tracking import Sequence
 
 FOLDER = Path("tracked")  # where results go, beside the notebook

@@ -6,7 +6,7 @@ import numpy as np
 
 from mkt.checks import counts
 from mkt.files import PACKAGE, installed_file
-from mkt.sequences.formats import read_numbers
+from mkt.sequences.truth_formats import read_numbers
 from mkt.sequences.video import VideoFile
 from mkt.tracking import Sequence
 from mkt.types import NDArray, Regions

@@ -14,7 +14,7 @@ import numpy as np
 from mkt.evaluation import overlap
 from mkt.files import DataError, existing_file, whole
 from mkt.regions import from_box, to_box
-from mkt.sequences import formats
+from mkt.sequences import truth_formats
 from mkt.sequences.benchmarks import Found
 from mkt.tracking import Info, Sequence, Track
 from mkt.types import Regions
@@ -106,7 +106,7 @@ def read(path: Path, found: Found) -> tuple[Track, Sequence]:
     """
     path, clip = existing_file(path), found.sequence()
     if path.read_text("utf-8-sig", "replace").startswith(COLUMNS[0]):
-        _, rows = formats.read_numbers(path, (len(COLUMNS),), header=True)
+        _, rows = truth_formats.read_numbers(path, (len(COLUMNS),), header=True)
         regions, lost = rows[:, 1:6], np.asarray(rows[:, 7] > 0)
         regions[:, 2] = np.radians(regions[:, 2])
     else:
@@ -126,13 +126,13 @@ def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
     if found.archive.name == "MOT15":
         return _mot_regions(path, found, clip)
     if found.archive.name == "BoBoT":
-        return formats.bobot_regions(path, clip.frames)[1]
-    readers = {"OTB": formats.otb_regions, "VOT": formats.vot_regions}
+        return truth_formats.bobot_regions(path, clip.frames)[1]
+    readers = {"OTB": truth_formats.otb_regions, "VOT": truth_formats.vot_regions}
     return readers[found.archive.name](path)[1]
 
 
 def _mot_regions(path: Path, found: Found, clip: Sequence) -> Regions:
-    _, rows = formats.read_numbers(path, (10, 9, 7))
+    _, rows = truth_formats.read_numbers(path, (10, 9, 7))
     index = rows[:, 0].astype(int) - ONE - found.first
     inside = (index >= 0) & (index < len(clip))
     rows, index = rows[inside], index[inside]

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import cv2
 
+from mkt.sequences.quiet import quiet
 from mkt.types import Frame
 
 CODECS = {".webm": "VP80", ".mkv": "FFV1", ".avi": "MJPG", ".mp4": "mp4v"}
@@ -112,21 +113,3 @@ def _in_pieces(path: Path) -> Iterator[Path]:
     yield pieces
     if pieces.exists():
         pieces.replace(path)
-
-
-@contextmanager
-def quiet() -> Iterator[None]:
-    """Let nothing appear on stderr.
-
-    FFmpeg's C code complains there that it does not know OpenCV's tag of VP8, although
-    it writes the file; OpenCV complains that it has found no camera.
-    """
-    kept = os.dup(2)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nowhere)

@@ -12,7 +12,6 @@ import pytest
 
 from mkt.course import cli
 from mkt.files import DataError
-from mkt.own_video.box import parse_box, region_of
 from mkt.own_video.box_picker import BoxPicker
 from mkt.own_video.settings import (
     Settings,
@@ -23,6 +22,7 @@ from mkt.own_video.settings import (
     settled,
     with_numbers,
 )
+from mkt.own_video.typed_box import parse_box, region_of
 from mkt.own_video.workbench import BUSY, EMPTY, READY, Finished, Workbench, workbench
 from mkt.regions import from_box
 from mkt.sequences.carphone import carphone

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mkt.files import DataError
-from mkt.sequences.formats import bobot, mot, mot_main, otb, video, vot
+from mkt.sequences.truth_formats import bobot, mot, mot_main, otb, video, vot
 from mkt.sequences.video import ImageFolder, VideoFile, read_image
 from tests.sequences.written import (
     HEIGHT,

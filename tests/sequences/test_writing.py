@@ -5,8 +5,9 @@ import os
 import numpy as np
 import pytest
 
+from mkt.sequences.quiet import quiet
 from mkt.sequences.video import VideoFile
-from mkt.sequences.writing import CODECS, quiet, video_writer
+from mkt.sequences.writing import CODECS, video_writer
 from tests.sequences.written import HEIGHT, WIDTH, picture
 
 

@@ -187,7 +187,7 @@ def run(args) -> int | None:
 
 def _ask(args) -> int:
     from mkt.own_video import recording, settings
-    from mkt.sequences.formats import video
+    from mkt.sequences.truth_formats import video
 
     # A wrong name is reported now, not after the box was read off.
     settings.with_numbers(args.tracker, _particles(args))
@@ -199,7 +199,7 @@ def _ask(args) -> int:
 
 def _track(args) -> int | None:
     from mkt.own_video import recording, settings
-    from mkt.own_video.box import parse_box
+    from mkt.own_video.typed_box import parse_box
 
     if args.settings:
         chosen = settings.load(args.settings, args.video)

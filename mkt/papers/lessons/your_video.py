@@ -10,7 +10,7 @@ from mkt.kernels import Kernels
 from mkt.plotting import DESIRED, draw_histogram, draw_map, draw_region, show_frame
 from mkt.regions import HX, HY, displaced, from_box
 from mkt.sequences.carphone import carphone
-from mkt.sequences.formats import video
+from mkt.sequences.truth_formats import video
 from mkt.types import Array, Frame, Region
 
 _FRACTION = (0.0, 0.95, 0.01)

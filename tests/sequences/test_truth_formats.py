@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mkt.regions import corners, to_box
-from mkt.sequences.formats import bobot, mot, mot_main, otb, video, vot
+from mkt.sequences.truth_formats import bobot, mot, mot_main, otb, video, vot
 from mkt.sequences.video import ImageFolder
 from tests.sequences.written import (
     BOX,
