@@ -18,9 +18,10 @@ beside them, for the wishes of [N03], `mkt.neighbours`, `mkt.silhouettes` and
 then `mkt.trackers.ssd`, `mkt.trackers.particle_filter`, `mkt.trackers.combined` [T09],
 `mkt.trackers.adaptive` with `mkt.trackers.ellipses`, `mkt.trackers.appearance` and
 `mkt.trackers.detector` [N03], `mkt.trackers.hybrid_resampling` and
-`mkt.trackers.template_matching` [C14], `mkt.trackers.guided` with `mkt.trackers.gains`
-and `mkt.trackers.close_up` (ours), `mkt.trackers.neighbours`, `mkt.trackers.shaped` and
-`mkt.trackers.two_cameras` (wishes of [N03]), `mkt.trackers.opencv` (rivals),
+`mkt.trackers.template_matching` [C14], `mkt.trackers.guided` with `mkt.trackers.gains`,
+`mkt.trackers.close_up` and `mkt.trackers.last_word` (ours), `mkt.trackers.neighbours`,
+`mkt.trackers.shaped` and `mkt.trackers.two_cameras` (wishes of [N03]),
+`mkt.trackers.opencv` (rivals),
 `mkt.trackers.scaled`, which is any of them on smaller frames, and
 `mkt.trackers.by_name`, which lists them all; on planes in space
 `mkt.trackers.homography`, `mkt.trackers.homography_combined`, and the rival

@@ -56,6 +56,17 @@ def close_up(
     ValueError
         For an array that is not a frame.
     """
+    part, origin = cut_out(frame, regions, pitch)
+    return replace(bins(relit(part, gains)), origin=origin, pitch=pitch)
+
+
+def cut_out(
+    frame: Frame, regions: Regions, pitch: int
+) -> tuple[Frame, tuple[float, float]]:
+    """The part of a frame round some regions, and where its first pixel lies [px].
+
+    The arguments and the errors are those of `close_up`.
+    """
     frame = checked_frame(frame)
     x, y = _span(frame.shape[:2], regions, pitch)
     part = frame[y[0] : y[1], x[0] : x[1]]
@@ -63,9 +74,7 @@ def close_up(
         sides = max((x[1] - x[0]) // pitch, 1), max((y[1] - y[0]) // pitch, 1)
         part = cv2.resize(part, sides, interpolation=cv2.INTER_AREA)
     first = (pitch - 1) / 2  # the middle of its block of pixels
-    origin = x[0] + first, y[0] + first
-    image = bins(relit(np.ascontiguousarray(part), gains))
-    return replace(image, origin=origin, pitch=pitch)
+    return np.ascontiguousarray(part), (x[0] + first, y[0] + first)
 
 
 def _span(shape: tuple[int, ...], regions: Regions, pitch: int) -> list[list[int]]:

@@ -102,7 +102,7 @@ class PlaneESM:
         hx, hy = region[3:]
         size = max(round(2 * hx), 8), max(round(2 * hy), 8)
         first, blank = of_regions(region), np.zeros(size[::-1], np.float32)
-        seen = (_seen(each, first, blank) for each in self._smoothed(frame))
+        seen = (facing(each, first, blank) for each in self._smoothed(frame))
         pictures = tuple(np.nan_to_num(picture) for picture in seen)
         return ESMState(pictures, hx / hy, first, first)
 
@@ -129,7 +129,7 @@ class PlaneESM:
             sides = np.sqrt([w / h, h / w])
             steps, short = 0, False
             while steps < self.iterations and not short:
-                seen = _seen(smooth, found, picture)
+                seen = facing(smooth, found, picture)
                 if np.isnan(seen).mean() > UNSEEN:
                     return start, 0.0
                 step, correlation = esm_step(picture, seen)
@@ -148,7 +148,9 @@ class PlaneESM:
         return [cv2.GaussianBlur(exact, (blur, blur), 0) for blur in self.blurs]
 
 
-def esm_step(picture: NDArray, seen: NDArray) -> tuple[Array, float]:
+def esm_step(
+    picture: NDArray, seen: NDArray, motions: tuple[int, ...] = tuple(range(8))
+) -> tuple[Array, float]:
     """The step Delta x that brings what is seen nearer to the picture.
 
     Parameters
@@ -156,11 +158,13 @@ def esm_step(picture: NDArray, seen: NDArray) -> tuple[Array, float]:
     picture, seen : (h, w) float32 arrays
         s* and s, over the object; NaN in what lies outside the frame, which is left
         out.
+    motions : tuple of int
+        Which of the parameters of `mkt.homographies` to step in, all by default.
 
     Returns
     -------
-    step : (8,) array
-        Of the parameters of `mkt.homographies`, in object units.
+    step : (k,) array
+        Of these parameters, in object units.
     correlation : float
         Of the two pictures before the step, in [-1, 1].
     """
@@ -170,7 +174,7 @@ def esm_step(picture: NDArray, seen: NDArray) -> tuple[Array, float]:
     found = _standard(np.where(inside, seen, picture), inside)
     mean = (wanted + found) / 2
     slopes = _slopes(mean) * inside.ravel()
-    jacobian = np.einsum("cn,cin->in", slopes, _motions(w, h))
+    jacobian = np.einsum("cn,cin->in", slopes, _motions(w, h, motions))
     # What brings pictures to mean 0 and variance 1 does the same to their derivatives:
     # without it a step left four times as much of a small displacement.
     light = np.reshape([inside, mean * inside], (2, -1)).astype(np.float32)
@@ -188,8 +192,8 @@ def _slopes(image: NDArray) -> NDArray:
 
 
 @lru_cache(maxsize=8)
-def _motions(w: int, h: int) -> NDArray:
-    """How each pixel of a picture moves under the eight generators, (2, 8, w h) [px].
+def _motions(w: int, h: int, motions: tuple[int, ...]) -> NDArray:
+    """How each pixel of a picture moves under some generators, (2, k, w h) [px].
 
     A unit of the object plane is the root of a quarter of the area.
     """
@@ -197,10 +201,10 @@ def _motions(w: int, h: int) -> NDArray:
     centre, unit = from_box([0, 0, w, h])[:2], (w * h) ** 0.5 / 2
     points = (np.column_stack([x.ravel(), y.ravel()]) - centre) / unit
     v, _ = flow(points, 8)
-    return np.ascontiguousarray(unit * np.moveaxis(v, 2, 0), np.float32)
+    return np.ascontiguousarray(unit * np.moveaxis(v[list(motions)], 2, 0), np.float32)
 
 
-def _seen(frame: NDArray, homography: Array, picture: NDArray) -> NDArray:
+def facing(frame: NDArray, homography: Array, picture: NDArray) -> NDArray:
     """The frame over the object, of a picture's size (h, w); NaN outside the frame."""
     size = picture.shape[::-1]
     to_image = homography @ np.linalg.inv(of_regions(from_box([0, 0, *size])))

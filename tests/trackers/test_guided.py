@@ -105,7 +105,7 @@ def test_particles_that_are_reported_are_those_that_were_weighed():
     """Those that begin anew at the estimate do so after the report."""
     tracker = Guided(n=50, renewed=1.0)
     for _, _, after, info in steps(tracker, replace(SPECIFICATION, length=3)):
-        assert (after.particles.regions == info["region"]).all()
+        assert (after.particles.regions == after.region).all()
         assert np.ptp(info["particles"][:, 0]) > 1
 
 
@@ -120,8 +120,8 @@ def test_the_cost_is_in_regions_looked_at_with_the_full_grid():
 @pytest.mark.parametrize("hidden_above, hidden", [(2.0, False), (-1.0, True)])
 def test_while_it_is_hidden_no_particle_comes_back(hidden_above, hidden):
     tracker = Guided(n=50, renewed=1.0, hidden_above=hidden_above)
-    for _, _, after, info in steps(tracker, replace(SPECIFICATION, length=4)):
-        anew = (after.particles.regions == info["region"]).all()
+    for _, _, after, _ in steps(tracker, replace(SPECIFICATION, length=4)):
+        anew = (after.particles.regions == after.region).all()
         assert anew == (not hidden)
 
 
@@ -149,6 +149,21 @@ def test_the_velocity_is_learnt_from_sure_looks_alone(doubtful, learnt):
     assert overlap(info["region"], MOVING.sequence().truth[-1]) > 0.9
     expected = (4.0, 0.0) if learnt else (0.0, 0.0)
     np.testing.assert_allclose(after.velocity, expected, atol=0.7 if learnt else 0)
+
+
+@pytest.mark.parametrize("found, learnt", [(0.3, True), (-1.0, False)])
+def test_surprise_is_learnt_from_sure_looks_alone(found, learnt):
+    """At rest before, it is 4 px off where it was expected; a tenth of that counts."""
+    tracker, clip = Guided(n=50, found=found), MOVING.sequence()
+    rng = np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    state, _ = tracker.step(state, clip.frames[1], rng)
+    once = 0.1 * 4**2 / np.prod(clip.truth[0, 3:])
+    assert state.surprise == pytest.approx(once if learnt else 0, rel=0.3)
+    state, _ = tracker.step(state._replace(surprise=1.0), clip.frames[2], rng)
+    assert state.surprise == pytest.approx(0.9 if learnt else 1.0, abs=0.01)
+    state = state._replace(surprise=1.0, missed=1)
+    assert tracker.step(state, clip.frames[3], rng)[0].surprise == 1.0
 
 
 def test_a_velocity_fades_while_the_target_is_hidden():
@@ -325,6 +340,30 @@ def test_the_prior_is_where_the_target_goes_and_widens_in_doubt():
         prior = tracker._prior(state._replace(missed=missed))
         np.testing.assert_allclose(prior.region - state.region, (6, -2, 0, 0, 0))
         np.testing.assert_allclose(prior.weights, (place, place, 0, 5))
+
+
+def test_the_prior_of_the_place_is_as_sure_as_the_velocity_was():
+    """A miss as long as the particles' own step halves its weight."""
+    tracker, state, _ = told()
+    for surprise, place in (0.0, 1.0), (0.01, 0.5), (0.03, 0.1):
+        prior = tracker._prior(state._replace(surprise=surprise))
+        np.testing.assert_allclose(prior.weights, (place, place, 0, 5))
+
+
+def test_pixels_have_the_last_word_in_what_is_said_and_in_nothing_else():
+    scene = replace(MOVING, length=5)
+    kernels = steps(Guided(n=50, alike=2.0), scene)
+    pixels = steps(Guided(n=50, alike=-1.0), scene)
+    regions = []
+    for (*_, one, told), (*_, other, said) in zip(kernels, pixels, strict=True):
+        np.testing.assert_array_equal(one.region, told["region"])
+        np.testing.assert_array_equal(one.region, other.region)
+        np.testing.assert_array_equal(one.particles.regions, other.particles.regions)
+        assert not np.array_equal(other.region, said["region"])
+        regions.append([told["region"], said["region"]])
+    truth = scene.sequence().truth[1:, None]
+    told, said = overlap(np.array(regions), truth).mean(0)
+    assert said > told
 
 
 class Watched(Guided):

@@ -488,7 +488,7 @@ def test_esm_steps_in_the_plane_of_its_picture_whatever_the_region_is():
     assert picture.shape == (8, 48)
     start = state.first + np.array([[0, 0, 0.4], [0, 0, 0.2], [0, 0, 0]])
     (grey,) = tracker._smoothed(clip.frames[0])
-    step, _ = esm_step(picture, homography_esm._seen(grey, start, picture))
+    step, _ = esm_step(picture, homography_esm.facing(grey, start, picture))
     found, _ = tracker.refine(state, clip.frames[0], start)
     by_hand = moved(start, np.clip(step, -0.5, 0.5), np.sqrt([48 / 8, 8 / 48]))
     np.testing.assert_allclose(found, by_hand)

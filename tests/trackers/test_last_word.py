@@ -1,0 +1,53 @@
+"""The last word: pixels bring a region back to its picture, or say that they cannot."""
+
+import numpy as np
+import pytest
+
+from mkt.evaluation import overlap
+from mkt.regions import displaced
+from mkt.scenes.rendering import Layer, Scene
+from mkt.trackers.last_word import PIXELS, aligned, picture_of
+
+CLIP = Scene(Layer("car", 80.0, ((0.0, 159.5, 119.5, 0.2, 1.0),)), length=2).sequence()
+FRAME, REGION = CLIP.frames[0], CLIP.truth[0]
+
+
+def test_a_picture_has_the_aspect_of_its_region_and_pixels_enough():
+    h, w = picture_of(FRAME, REGION, 1).shape
+    assert w / h == pytest.approx(REGION[3] / REGION[4], rel=0.05)
+    assert h * w == pytest.approx(PIXELS, rel=0.05)
+    sliver = np.array([150.0, 110.0, 0.0, 60.0, 1.0])
+    assert picture_of(FRAME, sliver, 1).shape[0] == 8
+
+
+@pytest.mark.parametrize("pitch", [1, 2])
+@pytest.mark.parametrize(
+    "off", [{"dx": 1.5, "dy": -1.0}, {"scale": 1.04}, {"dx": -1.0, "scale": 0.97}]
+)
+def test_place_and_size_come_back_and_the_turn_stays(off, pitch):
+    start = displaced(REGION, **off)
+    picture = picture_of(FRAME, REGION, pitch)
+    region, correlation = aligned(FRAME, picture, start, pitch)
+    assert overlap(region, REGION) > 0.985 > overlap(start, REGION)
+    assert correlation > 0.9 and region[2] == REGION[2]
+
+
+def test_another_light_makes_no_difference():
+    dim = (FRAME * 0.6 + 20).astype(np.uint8)
+    picture = picture_of(FRAME, REGION, 1)
+    region, correlation = aligned(dim, picture, displaced(REGION, 1.0, 1.0), 1)
+    assert overlap(region, REGION) > 0.985 and correlation > 0.9
+
+
+def test_what_looks_otherwise_does_not_correlate():
+    picture = picture_of(FRAME, REGION, 1)
+    beside = displaced(REGION, 70, 40)
+    assert aligned(FRAME, picture, beside, 1)[1] < 0.5
+
+
+def test_outside_the_frame_nothing_is_said():
+    picture = picture_of(FRAME, REGION, 1)
+    away = displaced(REGION, 900, 0)
+    region, correlation = aligned(FRAME, picture, away, 1)
+    np.testing.assert_array_equal(region, away)
+    assert correlation == 0
