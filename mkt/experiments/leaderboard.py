@@ -245,7 +245,7 @@ def _on_the_others(rows: pd.DataFrame) -> str:
     ahead, next_one = (
         f"{LABELS[one.name]}, {_two(one.overlap)}" for one in (first, second)
     )
-    told = "passes" if first.places == (1, 1) else "does not pass"
+    told = "passes" if second.places[0] > 1 else "does not pass"
     return (
         "The settings of guided were chosen on A, C and F, among other data. On the "
         f"{len(first.cases)} others the first two are {ahead}, and {next_one}: a lead "

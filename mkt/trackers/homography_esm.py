@@ -178,7 +178,7 @@ def esm_step(
     # What brings pictures to mean 0 and variance 1 does the same to their derivatives:
     # without it a step left four times as much of a small displacement.
     light = np.reshape([inside, mean * inside], (2, -1)).astype(np.float32)
-    light /= np.sqrt((light**2).sum(1, keepdims=True))
+    light /= np.maximum(np.sqrt((light**2).sum(1, keepdims=True)), 1e-9)  # flat: 0
     jacobian -= (jacobian @ light.T) @ light
     normal, slope = jacobian @ jacobian.T, jacobian @ (found - wanted).ravel()
     step = -np.linalg.lstsq(normal.astype(float), slope.astype(float), rcond=1e-9)[0]

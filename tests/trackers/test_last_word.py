@@ -10,6 +10,7 @@ from mkt.trackers.last_word import PIXELS, aligned, picture_of
 
 CLIP = Scene(Layer("car", 80.0, ((0.0, 159.5, 119.5, 0.2, 1.0),)), length=2).sequence()
 FRAME, REGION = CLIP.frames[0], CLIP.truth[0]
+FLAT = np.full_like(FRAME, 90)
 
 
 def test_a_picture_has_the_aspect_of_its_region_and_pixels_enough():
@@ -51,3 +52,9 @@ def test_outside_the_frame_nothing_is_said():
     region, correlation = aligned(FRAME, picture, away, 1)
     np.testing.assert_array_equal(region, away)
     assert correlation == 0
+
+
+@pytest.mark.parametrize("frame", [FRAME, FLAT])
+def test_a_picture_without_texture_says_nothing(frame):
+    region, correlation = aligned(frame, picture_of(FLAT, REGION, 1), REGION, 1)
+    assert np.isfinite(region).all() and correlation == 0
