@@ -6,12 +6,14 @@ import os
 import re
 import signal
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
 from mkt.course import book
 from mkt.course.book import contents, execute
+from mkt.files import alone
 from tests.course import worked
 
 # A busy machine is no fault of the code: no test has a time limit for each example.
@@ -19,7 +21,9 @@ settings.register_profile("patient", deadline=None, max_examples=50)
 settings.register_profile("thorough", deadline=None, max_examples=500)
 settings.load_profile("patient")
 
-OF_THE_SITE = ("test_book.py", "test_pages.py", "test_live.py", "test_worked.py")
+# The first worker makes the site; what only looks at it comes last, in any worker.
+OF_THE_SITE = ("test_worked.py", "test_book.py")
+LOOKED_AT = ("test_pages.py", "test_live.py")
 # Their tests show figures, whose runs are known once the site is there.
 SHOWN_AGAIN = ("test_jupyterlab.py", "test_every_figure.py")
 
@@ -50,7 +54,8 @@ def pytest_collection_modifyitems(items):
 
     def turn(item):
         name = item.path.name
-        return 0 if name in OF_THE_SITE else 2 if name in SHOWN_AGAIN else 1
+        last = LOOKED_AT + SHOWN_AGAIN
+        return 0 if name in OF_THE_SITE else 2 if name in last else 1
 
     items.sort(key=turn)
     for item in items:
@@ -68,7 +73,7 @@ def pytest_xdist_auto_num_workers():
 def pytest_xdist_make_scheduler(config, log):
     """The tests of one file share its costly results, so they run in one worker.
 
-    So do the files that share the site.  Chapters and figures are apart from another.
+    So do the files that make the site.  Chapters and figures are apart from another.
     """
     from xdist.scheduler import LoadScopeScheduling
 
@@ -85,10 +90,20 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 @pytest.fixture(scope="session")
-def answered(tmp_path_factory):
-    """The executed chapters with their worked answers, {name: notebook}."""
+def run(tmp_path_factory):
+    """The folder of this run of the tests, one for all workers."""
+    folder = tmp_path_factory.getbasetemp()
+    return folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
+
+
+@pytest.fixture(scope="session")
+def answered(run, tmp_path_factory):
+    """The executed chapters with their worked answers, {name: notebook}.
+
+    The first worker executes them, the others read what it has kept.
+    """
     folder = tmp_path_factory.mktemp("answers")
-    with without_data():
+    with alone(run / "answers.lock", "execution of the chapters"), without_data():
         return worked.executed(contents.read().chapters, folder)
 
 
@@ -100,11 +115,14 @@ def notebooks(answered):
 
 
 @pytest.fixture(scope="session")
-def site(notebooks):
-    """The folder of the whole book."""
-    with without_data():
-        folder = book.BUILD / "tests"
-        return book.build(folder).parent
+def site(notebooks, run):
+    """The folder of the whole book, made by the first worker that asks for it."""
+    known = run / "site.txt"
+    with alone(run / "site.lock", "site"), without_data():
+        if not known.exists():
+            first_page = book.build(book.BUILD / "tests")
+            known.write_text(str(first_page.parent), encoding="utf-8")
+    return Path(known.read_text(encoding="utf-8"))
 
 
 @contextmanager
