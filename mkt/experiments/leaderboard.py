@@ -42,7 +42,7 @@ from mkt.tracking import Tracker, track
 SEEDS = range(5)  # of the random numbers on a recorded sequence
 # What a tracker scores that would not start.
 REFUSED = {"overlap": 0.0, "hits": 0.0, "hits_of_all": 0.0, "area": 0.0, "lost": 1.0}
-# Sequences of BoBoT on which the settings of `guided` were chosen, see its docstring.
+# Where the settings of `guided` were chosen on BoBoT, see data/trials_of_guided.md.
 CHOSEN_ON = r".*/Vid_[ACF]_"
 LEVEL = 0.025  # of a test on one side, for who is ahead of whom
 HEAD = (
