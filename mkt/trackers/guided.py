@@ -147,7 +147,8 @@ class Guided:
     starts : int
         Best particles that it may start from.
     found : float
-        The distance below which no further start is tried.
+        The distance below which no further start is tried, and the light and how well
+        the velocity predicts are learnt.
     sure : float
         The distance below which an optimum is the target wherever it lies.
     lost_above : float
