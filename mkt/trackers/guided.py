@@ -26,8 +26,9 @@ What it adds to the combination of [T09], each for a failure seen there:
 * **several starts**: the last estimate moved by its velocity, then the best particles,
   until the optimiser finds the target (blur);
 * **one start anywhere**: where none of these finds it, the particle that looks most
-  alike, without the prior of the place; its end is believed where its distance leaves
-  no doubt (a target that comes back beside the estimate);
+  alike, a hypothesis of its own: no prior of the place, a size and a turn that are
+  its own; its end is believed where its distance leaves no doubt (a target that comes
+  back beside the estimate, which may have shrunk to whatever was still seen);
 * **trust**: in the optimiser, kernels that look unlike their reference count less, so
   that a covered part does not pull (occlusion);
 * **wandering**: in every frame in which the target is seen, a few particles chosen by
@@ -121,11 +122,15 @@ class GuidedState(NamedTuple):
 
 
 class Optimum(NamedTuple):
-    """Where the optimiser ended: a region (5,), its distance, the steps taken."""
+    """Where the optimiser ended: a region (5,), its distance, the steps taken.
+
+    And whether its orientation was free.
+    """
 
     region: Region
     distance: float
     steps: int
+    free: bool
 
 
 @dataclass(frozen=True)
@@ -243,7 +248,7 @@ class Guided:
         if optimum.distance > self.found:
             alike = particles.regions[np.argmax(likeness)]
             optimum, prior = self._anywhere(state, image, prior, optimum, alike)
-        (known, d, steps), turned = self._turned(state, image, prior, optimum)
+        known, d, steps, turned = self._turned(state, image, prior, optimum)
         lost, hidden = d > self.lost_above, d > self.hidden_above
         sure = d <= self.found
         if sure:
@@ -317,7 +322,7 @@ class Guided:
         With the orientation free or not, as it was believed in the last frame.
         """
         total, least = 0, np.inf
-        best = Optimum(prior.region, 1.0, 0)
+        best = Optimum(prior.region, 1.0, 0, state.turned)
         for start in starts:
             end = self._closest(state, image, prior, start, state.turned)
             total += end.steps
@@ -338,10 +343,12 @@ class Guided:
     ) -> tuple[Optimum, Prior]:
         """The optimum from a start wherever it is, if it is the target beyond doubt.
 
-        Else the `known` one; each with the prior that it was found under.
+        Else the `known` one; each with the prior that it was found under.  A start
+        anywhere is a hypothesis of its own, with its own size and orientation: those
+        of the estimate may be of something else.
         """
-        anywhere = prior._replace(weights=prior.weights * (0, 0, 1, 1))
-        end = self._closest(state, image, anywhere, start, state.turned)
+        anywhere = Prior(start, prior.weights * (0, 0, 1, 1))
+        end = self._closest(state, image, anywhere, start, True)
         end = end._replace(steps=known.steps + end.steps)
         if end.distance < self.sure:
             return end, anywhere
@@ -349,17 +356,16 @@ class Guided:
 
     def _turned(
         self, state: GuidedState, image: BinImage, prior: Prior, known: Optimum
-    ) -> tuple[Optimum, bool]:
-        """The optimum under the model that explains the frame, and whether it turns.
+    ) -> Optimum:
+        """The optimum under the model that explains the frame.
 
         The other model than that of the `known` optimum starts from there.
         """
-        other = self._closest(state, image, prior, known.region, not state.turned)
-        other = other._replace(steps=known.steps + other.steps)
-        free, first = (known, other) if state.turned else (other, known)
+        other = self._closest(state, image, prior, known.region, not known.free)
+        free, first = (known, other) if known.free else (other, known)
         turned = free.distance**2 < self.turn * first.distance**2
         best = free if turned else first
-        return best._replace(steps=other.steps), turned
+        return best._replace(steps=known.steps + other.steps)
 
     def _closest(
         self,
@@ -377,7 +383,7 @@ class Guided:
         region, steps = minimise(
             state.fine, image, start, self.steps, robust=True, prior=prior
         )
-        return Optimum(region, distance_at(state.fine, image, region), steps)
+        return Optimum(region, distance_at(state.fine, image, region), steps, free)
 
 
 def _full(state: GuidedState) -> int:

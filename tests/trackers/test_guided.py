@@ -257,6 +257,10 @@ def far(share):
     return displaced(region, share * np.sqrt(region[3] * region[4]), 0)
 
 
+def ended(region, distance, steps, free=False):
+    return Optimum(region, distance, steps, free)
+
+
 class Given(Guided):
     """A tracker whose optimiser ends where it is told, and says where it began."""
 
@@ -287,7 +291,7 @@ def told(*ends, **fields):
 )
 def test_among_optima_the_sum_of_both_terms_decides(away, distance, other, taken):
     """O(x) of nine kernels is 18 d^2, and the prior comes to it."""
-    ends = Optimum(far(away), distance, 3), Optimum(far(0), other, 4)
+    ends = ended(far(away), distance, 3), ended(far(0), other, 4)
     tracker, state, prior = told(*ends)
     found = tracker._optimum(state, None, prior, [far(0), far(0)])
     assert found.distance == ends[taken].distance and found.steps == 7
@@ -295,14 +299,14 @@ def test_among_optima_the_sum_of_both_terms_decides(away, distance, other, taken
 
 
 def test_after_a_sure_optimum_no_further_start_is_tried():
-    ends = [Optimum(far(0), d, 2) for d in (0.31, 0.29, 0.1)]
+    ends = [ended(far(0), d, 2) for d in (0.31, 0.29, 0.1)]
     tracker, state, prior = told(*ends)
     found = tracker._optimum(state, None, prior, [far(0)] * 3)
     assert found.distance == 0.29 and found.steps == 4 and len(tracker.ends) == 1
 
 
 def test_at_the_limit_itself_the_target_is_not_yet_found():
-    tracker, state, prior = told(*[Optimum(far(0), 0.3, 2)] * 2)
+    tracker, state, prior = told(*[ended(far(0), 0.3, 2)] * 2)
     assert tracker._optimum(state, None, prior, [far(0)] * 2).steps == 4
 
 
@@ -315,22 +319,27 @@ def test_a_turn_must_bring_its_share_of_the_squared_distance(
 ):
     """.25 is below .7 * .36, and .2601 is not."""
     known, other = (free, held) if before else (held, free)
-    tracker, state, prior = told(Optimum(far(0.1), other, 3))
-    state = state._replace(turned=before)
-    best, believed = tracker._turned(state, None, prior, Optimum(far(0), known, 4))
-    assert believed == turned and best.steps == 7
+    tracker, state, prior = told(ended(far(0.1), other, 3, not before))
+    best = tracker._turned(state, None, prior, ended(far(0), known, 4, before))
+    assert best.free == turned and best.steps == 7
     assert best.distance == (free if turned else held)
     assert tracker.asked[0][1] == (not before)
 
 
 @pytest.mark.parametrize("distance, taken", [(0.24, True), (0.25, False)])
-def test_a_start_anywhere_knows_no_place(distance, taken):
-    end, known = Optimum(far(3), distance, 3), Optimum(far(0), 0.5, 4)
+def test_a_start_anywhere_knows_no_place_and_has_a_size_and_a_turn_of_its_own(
+    distance, taken
+):
+    end, known = ended(far(3), distance, 3, True), ended(far(0), 0.5, 4)
     tracker, state, prior = told(end)
-    found, under = tracker._anywhere(state, None, prior, known, far(3))
+    start = far(3) * (1, 1, 1, 1.3, 1.3)
+    found, under = tracker._anywhere(state, None, prior, known, start)
     assert found.steps == 7 and found.distance == (distance if taken else 0.5)
-    assert (tracker.asked[0][2].weights == (0, 0, 0, 5)).all()
-    assert (under.weights == ((0, 0, 0, 5) if taken else (1, 1, 0, 5))).all()
+    [(begun, free, asked)] = tracker.asked
+    assert begun is start and asked.region is start and free and found.free == taken
+    assert (asked.weights == (0, 0, 0, 5)).all()
+    assert under is (asked if taken else prior)
+    assert (prior.weights == (1, 1, 0, 5)).all()
 
 
 def test_the_prior_is_where_the_target_goes_and_widens_in_doubt():
