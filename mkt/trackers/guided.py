@@ -122,9 +122,17 @@ class GuidedState(NamedTuple):
 
 
 class Optimum(NamedTuple):
-    """Where the optimiser ended: a region (5,), its distance, the steps taken.
+    """Where the optimiser ended.
 
-    And whether its orientation was free.
+    Attributes
+    ----------
+    region : (5,) array [px, rad]
+    distance : float
+        d_m of the region under the fine kernels.
+    steps : int
+        How many were taken.
+    free : bool
+        Whether the orientation was free, and not the first one.
     """
 
     region: Region
