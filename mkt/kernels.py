@@ -182,7 +182,8 @@ class Kernels:
 
     def _squared_radii(self, plane: Array) -> Array:
         """r^2 of points (n, 2) for each kernel, above 1 outside its support: (J, n)."""
-        u2 = ((plane - self.centres[:, None]) / self.radii) ** 2
+        with np.errstate(over="ignore"):  # infinitely far is outside as well
+            u2 = ((plane - self.centres[:, None]) / self.radii) ** 2
         if self.layout == "tiles":
             return u2.max(-1)
         r2 = u2.sum(-1)

@@ -142,8 +142,10 @@ def test_bad_fields_are_named(field, value):
         Kernels(**{field: value})
 
 
-def test_a_kernel_without_samples_says_so():
-    kernels = Kernels("4x4", span=0.01, aspect=1.0, samples=100)
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("span", [0.01, 1e-320])
+def test_a_kernel_without_samples_says_so(span):
+    kernels = Kernels("4x4", span=span, aspect=1.0, samples=100)
     with pytest.raises(ValueError, match="span"):
         _ = kernels.weights
 

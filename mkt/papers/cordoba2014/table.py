@@ -29,7 +29,7 @@ CENTRED: dict[str, Any] = {"ha": "center", "va": "center"}
 
 
 @figure("cordoba2014.table1", size=(10, 4.8), t_lim=(0.0, 0.8, 0.2))
-def table1(fig: Figure, *, t_lim: float = 0.2, runs: int = 10) -> Shown:
+def table1(fig: Figure, *, t_lim: float = 0.2, runs: int = 3) -> Shown:
     """Table 1: the share of true positives, printed and ours.
 
     On the synthetic twins of one object, or on the BoBoT sequences whose lengths the
