@@ -16,7 +16,7 @@ from mkt.regions import displaced
 from mkt.scenes.rendering import Layer, Scene
 from mkt.trackers.close_up import close_up
 from mkt.trackers.gains import BOUNDS, first_light, followed, relit
-from mkt.trackers.guided import FULL_GRID, Guided, Optimum
+from mkt.trackers.guided import FULL_GRID, Guided, Optimum, _surprise
 from mkt.trackers.ssd import minimise
 
 BINS = ColorBins()
@@ -422,6 +422,26 @@ def test_a_hidden_target_goes_on_by_nine_tenths_of_its_velocity():
     np.testing.assert_allclose(info["region"] - state.region, (9, -4.5, 0, 0, 0))
 
 
+def test_while_it_is_hidden_pixels_say_nothing():
+    tracker = Guided(n=50, hidden_above=-1.0, alike=-1.0)
+    for _, _, after, info in steps(tracker, replace(MOVING, length=4)):
+        np.testing.assert_array_equal(info["region"], after.region)
+
+
+@pytest.mark.parametrize("renewed", [0.0, 1.0])
+def test_particles_that_begin_anew_move_as_the_estimate_does(renewed):
+    *_, (_, _, after, _) = steps(Guided(n=50, renewed=renewed), MOVING)
+    alike = (after.particles.velocities == after.velocity).all(1)
+    assert alike.all() if renewed else not alike.any()
+
+
+def test_surprise_is_in_half_sides_of_the_target():
+    """3 and 4 px off: a tenth of 25 px^2 / (hx hy)."""
+    _, state, _ = told()
+    surprise = _surprise(state, displaced(far(0), 3, 4), True)
+    assert surprise == pytest.approx(0.1 * 25 / (state.first[3] * state.first[4]))
+
+
 def test_frames_in_doubt_are_counted_and_light_is_followed_in_others():
     change = ((0.0, 1.0, 1.0, 1.0), (1.0, 0.8, 0.8, 0.8))
     scene = replace(SPECIFICATION, light=change, length=4)
@@ -446,6 +466,9 @@ def test_the_optimiser_trusts_kernels_by_their_likeness_and_holds_what_is_known(
     assert not np.allclose(free[True], free[False])
     held = tracker._closest(state, image, prior, displaced(far(0.1), dtheta=0.3), False)
     assert held.region[2] == state.first[2]
+    fixed = prior._replace(weights=np.array([1, 1, np.inf, 5]))
+    expected, _ = minimise(state.fine, image, far(0.1), 5, robust=True, prior=fixed)
+    np.testing.assert_allclose(held.region, expected)
 
 
 @pytest.mark.parametrize("field", ["n", "steps"])
