@@ -21,6 +21,11 @@ def test_a_picture_has_the_aspect_of_its_region_and_pixels_enough():
     assert picture_of(FRAME, sliver, 1).shape[0] == 8
 
 
+def test_a_picture_shows_the_same_at_every_pitch():
+    near, far = (picture_of(FRAME, REGION, pitch).ravel() for pitch in (1, 2))
+    assert np.corrcoef(near, far)[0, 1] > 0.95
+
+
 @pytest.mark.parametrize("pitch", [1, 2])
 @pytest.mark.parametrize(
     "off", [{"dx": 1.5, "dy": -1.0}, {"scale": 1.04}, {"dx": -1.0, "scale": 0.97}]
