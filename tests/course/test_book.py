@@ -272,6 +272,14 @@ def test_a_chapter_whose_text_alone_changed_shows_it_with_the_known_outputs(
     assert after.cells[1].outputs[0].text.strip().isdecimal()
 
 
+def test_lines_that_take_their_time_are_one_output(tmp_path, nothing_known):
+    source = (
+        "import time\nfor k in range(3):\n    print(k, flush=True)\n    time.sleep(0.5)"
+    )
+    [output] = run(chapter(tmp_path, cells(source))).cells[0].outputs
+    assert output.text == "0\n1\n2\n"
+
+
 def test_output_widgets_do_not_stall(tmp_path, nothing_known):
     source = (
         "import ipywidgets\n"

@@ -132,6 +132,7 @@ async def run(
         config=client.config(),
         timeout=None,
         record_timing=False,
+        coalesce_streams=True,  # lines printed one after the other are one output
         shutdown_kernel="immediate",
         resources={"metadata": {"path": str(chapter.notebook.parent)}},
         extra_arguments=ARGUMENTS,
