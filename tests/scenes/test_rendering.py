@@ -117,6 +117,9 @@ def test_noise_and_light():
     dim = render(replace(base, light=((0.0, 0.5, 0.7, 1.0),)), 0)
     assert dim[..., 0].sum() / clean[..., 0].sum() == pytest.approx(0.5, abs=0.01)
     assert dim[..., 2].sum() / clean[..., 2].sum() == pytest.approx(1.0, abs=0.01)
+    bright = render(replace(base, light=((0.0, 1.2, 1.2, 1.2),)), 0)
+    dark = clean < 200  # what 1.2 times as much does not clip
+    np.testing.assert_allclose(bright[dark], 1.2 * clean[dark], atol=1.2)
 
 
 def test_look_alikes():
