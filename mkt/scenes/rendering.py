@@ -166,7 +166,7 @@ class Frames(Series):
         return render(self.scene, k % len(self))
 
 
-@lru_cache(maxsize=400)
+@lru_cache(maxsize=640)  # four scenes of 150 frames, some 150 MB: loops return to them
 def render(scene: Scene, k: int) -> Frame:
     """Frame k of a scene, (H, W, 3) uint8 RGB, read-only."""
     exposed = _exposed(_noiseless(scene), k)
