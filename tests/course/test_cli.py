@@ -44,6 +44,29 @@ def bare(*words):
     )
 
 
+THREADS = """
+from mkt.__main__ import prepare
+prepare()
+import cv2, numpy
+from threadpoolctl import threadpool_info
+print(cv2.getNumThreads(), *(pool["num_threads"] for pool in threadpool_info()))
+"""
+
+
+def test_commands_compute_on_one_thread():
+    asked = "NUM_THREADS", "THREADS_NUM"
+    done = subprocess.run(
+        [sys.executable, "-c", THREADS],
+        cwd=ROOT,
+        env={k: v for k, v in os.environ.items() if not k.endswith(asked)},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert {*done.stdout.split()} == {"1"}
+
+
 def run(*words):
     """Run a command; returns its exit code, 0 for None."""
     return cli.run(cli.parse([*map(str, words)])) or 0

@@ -1,6 +1,5 @@
 """``bench`` times the core, or ranks the trackers."""
 
-import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -129,9 +128,7 @@ def run(args) -> None:
 
 
 def _time() -> None:
-    """Time the core on one thread; numpy must be told before it is loaded."""
-    for library in ("OPENBLAS", "MKL", "OMP"):
-        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    """Time the core."""
     from mkt.course import speed
 
     speed.main()
