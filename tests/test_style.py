@@ -13,7 +13,7 @@ from mkt.files import PACKAGE, ROOT
 SCRIPTS = Path(sysconfig.get_path("scripts"))
 LONGEST, USUAL = 45, 8  # lines of a function's body: at most, and in the median
 TENTH = 25  # lines that one body in ten may exceed
-PYRIGHT = "basedpyright"  # takes ten seconds
+PYRIGHT = "basedpyright"  # takes half a minute
 CHECKS = {
     "ruff check": ["ruff", "check", "--no-cache", "mkt", "tests", "notebooks"],
     "ruff format": ["ruff", "format", "--no-cache", "--check", "."],
