@@ -16,16 +16,6 @@ and call it by name, for example: python3.11 -m mkt book"""
 STOPPED = "\nStopped.  Nothing is half made; the next run takes up what is missing."
 
 
-# Arrays are small here: a second thread brings nothing, and its waiting costs up to a
-# third of the CPU.  What takes long has several processes.
-ONE_THREAD = (
-    "OPENCV_FOR_THREADS_NUM",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "OMP_NUM_THREADS",
-)
-
-
 def prepare():
     """Set what the program should set, and not the library."""
     # What `timeout`, a batch system or a container sends is Ctrl-C to us.
@@ -35,8 +25,6 @@ def prepare():
     # Our own errors say in a sentence what OpenCV and FFmpeg would write to stderr.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-    for name in ONE_THREAD:
-        os.environ.setdefault(name, "1")
 
 
 def main():

@@ -4,6 +4,7 @@ Reading order: `parser`, `parse`, `run`, `door`.
 """
 
 import argparse
+import os
 import platform
 import sys
 import traceback
@@ -29,6 +30,15 @@ from mkt.files import is_clone
 
 # In the order in which --help names them.
 COMMANDS = (book, test, lab, figure, claims, track, bench, data, doctor, labs, slides)
+# One process, and frames of any size; the others have a process for each processor, or
+# arrays so small that a second thread only waits, at the cost of a third of the CPU.
+THREADED = ("track", "lab")
+ONE_THREAD = (
+    "OPENCV_FOR_THREADS_NUM",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "OMP_NUM_THREADS",
+)
 HANDING_ON = ("test", "lab")  # their unknown words go to pytest and to JupyterLab
 TOO_LARGE = (
     "there is not enough memory for this; choose smaller numbers, or close other "
@@ -89,7 +99,15 @@ def run(args: argparse.Namespace) -> int | None:
     with door(args.command):
         if args.clone and not is_clone():
             raise ValueError(NO_CLONE.format(args.command))
+        if args.command not in THREADED:
+            _use_one_thread()
         return args.run(args)
+
+
+def _use_one_thread() -> None:
+    """In all programs that a command starts; OpenCV and numpy are not loaded yet."""
+    for name in ONE_THREAD:
+        os.environ.setdefault(name, "1")
 
 
 @contextmanager

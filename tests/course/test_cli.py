@@ -45,26 +45,37 @@ def bare(*words):
 
 
 THREADS = """
-from mkt.__main__ import prepare
-prepare()
-import cv2, numpy
-from threadpoolctl import threadpool_info
-print(cv2.getNumThreads(), *(pool["num_threads"] for pool in threadpool_info()))
+import os, sys
+from types import SimpleNamespace
+from mkt.course import cli
+
+def show(args):
+    import cv2, numpy
+    from threadpoolctl import threadpool_info
+    pools = [pool["num_threads"] for pool in threadpool_info()]
+    print(*{cv2.getNumThreads(), *pools}, *{*cli.ONE_THREAD} & {*os.environ})
+
+cli.run(SimpleNamespace(command=sys.argv[1], clone=False, run=show))
 """
 
 
-def test_commands_compute_on_one_thread():
-    asked = "NUM_THREADS", "THREADS_NUM"
+def threads(command):
+    """The numbers of threads in a command, and which variables it has set for them."""
     done = subprocess.run(
-        [sys.executable, "-c", THREADS],
+        [sys.executable, "-c", THREADS, command],
         cwd=ROOT,
-        env={k: v for k, v in os.environ.items() if not k.endswith(asked)},
+        env={k: v for k, v in os.environ.items() if k not in cli.ONE_THREAD},
         capture_output=True,
         text=True,
         check=True,
         timeout=60,
     )
-    assert {*done.stdout.split()} == {"1"}
+    return {*done.stdout.split()}
+
+
+def test_commands_of_many_processes_compute_on_one_thread():
+    assert threads("book") == {"1", *cli.ONE_THREAD}
+    assert not threads("track") & {*cli.ONE_THREAD}
 
 
 def run(*words):
