@@ -164,8 +164,10 @@ def mixed_histograms(
 
 def normalised(counts: NDArray) -> NDArray:
     """Counts (..., m), changed in place so that each sums to 1 or is all zero."""
-    ones = np.ones((counts.shape[-1], 1), np.float32)
-    counts /= np.maximum(counts @ ones, 1e-9)  # three times as fast as sum(-1)
+    sums = counts @ np.ones((counts.shape[-1], 1), np.float32)  # faster than sum(-1)
+    # Less than this is the rounding error of a weight on the border of a support.
+    sums[sums < 1e-9] = np.inf
+    counts /= sums
     return counts
 
 

@@ -76,6 +76,14 @@ def test_histograms_equal_the_reference(frame, region, layout, profile, elliptic
     assert np.abs(computed - expected).sum(-1).max() <= 1e-5 + 60 * borderline
 
 
+def test_a_kernel_of_which_only_the_border_is_seen_sees_nothing():
+    """Its points there weigh 6e-18, a rounding error."""
+    kernels = Kernels("5x5", samples=400, aspect=1.0)
+    image = ColorBins()(np.full((48, 64, 3), 200, np.uint8))
+    q = histograms(image, kernels, [0, 61.5, 4.125, 2, 39])
+    assert set(q.sum(-1).round(6).ravel()) == {0, 1} and (q[0, 16] == 0).all()
+
+
 @settings(max_examples=60)
 @given(
     frames(),
