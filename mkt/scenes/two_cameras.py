@@ -12,7 +12,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from mkt.scenes.drawn import GROUNDS, ITEMS
+from mkt.scenes.drawn import drawn
 from mkt.scenes.paths import WIDTH, way
 from mkt.scenes.rendering import Layer, Scene, regions, render
 from mkt.scenes.textures import texture
@@ -49,9 +49,9 @@ class TwoViews:
         y = rng.uniform(90, 150, 5)
         angles = np.cumsum(rng.normal(0, 0.15, 5))
         path = way(times, x, y, angles - angles[0])
-        item, ground = ITEMS[self.seed % 4], GROUNDS[self.seed // 4 % 4]
-        target = Layer(item, 0.8 * WIDTH, path)
-        return Scene(target, ground, FRAMES, seed=self.seed, size=SIZE)
+        lot = drawn("base", self.seed)
+        target = Layer(lot.item, 0.8 * WIDTH, path)
+        return Scene(target, lot.ground, FRAMES, seed=self.seed, size=SIZE)
 
     @property
     def truth(self) -> Regions:
