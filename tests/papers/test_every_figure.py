@@ -1,7 +1,7 @@
 """Every registered figure is drawn and shows what it claims.
 
-At the paper's values, and with all sliders at one of their ends; the book draws most
-ends of single sliders.
+At the paper's values, and with all sliders at one of their ends.  The book draws the
+ends of single sliders where its panels are made beforehand.
 """
 
 import subprocess
