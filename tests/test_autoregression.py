@@ -21,6 +21,7 @@ def simulated(model, length, seed):
     return np.array(rows)
 
 
+@pytest.mark.slow
 @given(st.floats(0.2, 0.95), st.floats(0.005, 0.05), st.integers(0, 100))
 def test_what_made_the_tracks_is_learnt(phi, sigma, seed):
     made = AutoRegression((phi,) * 3, (sigma,) * 3, (sigma,) * 3)

@@ -80,6 +80,7 @@ def used(path):
         chosen.sequence()
 
 
+@pytest.mark.slow
 @SAME_FOLDER
 @given(changes=changes())
 @example(changes={"every": 10**400})
@@ -213,6 +214,7 @@ def test_figure_with_any_words(tmp_path, id, name, value):
         cli.run(cli.parse(["figure", *words]))
 
 
+@pytest.mark.slow
 @settings(SAME_FOLDER, max_examples=25)  # each draws a figure
 @given(value=ANY_WORD)
 def test_a_figure_with_any_value(tmp_path, value):

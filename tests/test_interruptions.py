@@ -277,7 +277,9 @@ def test_a_book_without_room_ends_with_the_sentence(monkeypatch):
 # A track, in a program of its own
 
 
-BLOWS = [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+# What a program may still do after one of the first two is the same for both.
+BLOWS = [(signal.SIGTERM, ".mkv")]
+BLOWS += [(blow, kind) for blow in (signal.SIGINT, signal.SIGKILL) for kind in CODECS]
 
 
 @pytest.fixture(scope="module")
@@ -292,8 +294,7 @@ def long_video(tmp_path_factory):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
-@pytest.mark.parametrize("ending", CODECS)
-@pytest.mark.parametrize("blow", BLOWS, ids=lambda blow: blow.name)
+@pytest.mark.parametrize("blow, ending", BLOWS)
 def test_a_track_stopped_at_any_moment_leaves_files_of_one_run(
     blow, ending, long_video, tmp_path
 ):

@@ -33,6 +33,7 @@ def test_check_tells_a_student_in_words_what_is_wrong(toy, capsys):
     ]
 
 
+@pytest.mark.slow
 def test_check_names_the_first_cell_that_stops_by_the_heading_above_it_and_no_cell_that_only_follows(  # noqa: E501
     toy, capsys
 ):
@@ -45,6 +46,7 @@ def test_check_names_the_first_cell_that_stops_by_the_heading_above_it_and_no_ce
     assert fault.startswith('under "1. Add": stops with SyntaxError')
 
 
+@pytest.mark.slow
 def test_check_finds_a_lab_of_the_handout_by_its_name_and_says_where_it_looked_for_others(  # noqa: E501
     toy, monkeypatch
 ):

@@ -73,6 +73,7 @@ def test_a_file_alone_names_no_code_that_is_run(own):
         run("track", "--settings", "a.json", "-o", "b.mkv")
 
 
+@pytest.mark.slow
 def test_it_is_drawn_where_a_figure_has_a_choice_and_only_there(own):
     tracker = ("--tracker", "resting:Still")
     run("figure", "own.run", "-o", "run.csv", *tracker)

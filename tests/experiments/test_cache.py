@@ -113,6 +113,7 @@ def test_a_run_depends_on_its_tracker_and_source_and_on_no_figure():
     assert not any(p.startswith(("figures", "papers", "course")) for p in reached)
 
 
+@pytest.mark.slow
 def test_all_that_is_imported_when_a_tracker_runs_is_reached():
     code = (
         "import sys, mkt.trackers.adaptive, mkt.scenes.drawn; "

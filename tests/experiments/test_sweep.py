@@ -127,6 +127,7 @@ sweeps.sweep(jobs, processes=1)
 """
 
 
+@pytest.mark.slow
 def test_a_sweep_that_was_killed_goes_on_where_it_stopped(kept, done):
     program = subprocess.run(
         [sys.executable, "-c", KILLED], cwd=ROOT, capture_output=True, timeout=60

@@ -87,6 +87,7 @@ def test_a_number_that_is_typed_beside_a_slider_counts(typed, counts):
     assert panel.shown["rise"] == panel.values["slope"] == counts
 
 
+@pytest.mark.slow
 def test_every_control_of_every_figure_says_in_words_what_it_does():
     unknown = {
         name

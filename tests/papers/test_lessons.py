@@ -140,6 +140,7 @@ def test_kernels_cut_at_the_border_shrink_a_sharp_track_too(seed):
     assert size["cut", False] < min(size["3x3", False], size["cut", True]) - 0.015
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("n", [4, 7, 12])
 def test_the_ticks_fall_on_the_particles_that_are_drawn(scheme, n):
@@ -254,6 +255,7 @@ def test_one_kernel_feels_no_turn_of_a_card_and_less_of_its_tilts_than_nine():
     assert (colours["3x3"] < colours["5x5"]).all()
 
 
+@pytest.mark.slow
 def test_kernels_find_a_card_from_further_than_pixels():
     """And pixels, where they find it, are several times as exact."""
     shown = numbers("own.basin")

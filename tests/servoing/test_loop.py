@@ -153,6 +153,7 @@ def test_the_filter_scatters_less_than_the_measurement(seed):
     assert np.std(estimated) < 0.9 * np.std(measured)
 
 
+@pytest.mark.slow
 def test_the_filter_lags_without_noise_and_helps_with_much():
     """How far off the car truly is, over hands and seeds.
 

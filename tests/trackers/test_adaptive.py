@@ -303,12 +303,14 @@ def test_the_particles_above_the_limit_are_counted(frame):
     assert (info["positives"] >= 10) == (frame == 30)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_the_student_is_found_again_and_the_passes_are_bridged(seed):
     run = student(seed)
     assert run["lost"] and run["found"] and run["bridged"] and run["late"] <= 5
 
 
+@pytest.mark.slow
 def test_the_update_helps_where_the_view_changes_and_hurts_where_only_the_scale_does():
     """Over seeds: 20 points more true positives on the van of other colours.
 

@@ -220,6 +220,7 @@ def turning():
     return Scene(target, "bricks", 100, shutter=0.0)
 
 
+@pytest.mark.slow
 def test_an_object_that_shows_another_side_is_waited_for_where_it_was():
     """That is the price of a fixed level; without the occlusion mode nobody waits."""
     clip = kept(turning())

@@ -81,6 +81,7 @@ def followed(seed, talking, wrong=0.0):
     return np.linalg.norm(np.array(regions)[..., :2] - truths[..., :2], axis=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_other_camera_bridges_a_wall(seed):
     assert followed(seed, talking=False)[-1, 0] > 40
