@@ -191,12 +191,28 @@ def test_inside_the_environment_nothing_is_set_up(monkeypatch, capsys):
 
 @pytest.mark.parametrize("uv", ["uv", None])
 def test_a_set_up_takes_only_what_is_listed_and_then_the_clone(uv):
-    (_, make), (_, listed), (_, clone) = environment.steps(uv)
+    (_, make), (_, listed), *_, (_, clone) = environment.steps(uv)
     assert make[-1] == str(environment.VENV)
     assert "--require-hashes" in listed
     assert listed[-2:] == ["-r", str(environment.REQUIREMENTS)]
     assert {"--no-deps", "--no-build-isolation"} <= set(clone)
     assert clone[-2:] == ["-e", str(ROOT)]
+
+
+def test_what_pip_does_not_compile_is_compiled_but_for_files_of_another_python(
+    tmp_path,
+):
+    (tmp_path / "good.py").write_text("x = 1")
+    (tmp_path / "old.py").write_text("print 1")
+    here = f"import sysconfig; sysconfig.get_path = lambda _: {str(tmp_path)!r}; "
+    (_, pip), (_, (_, flag, code)) = environment.steps(None)[1:3]
+    assert "--no-compile" in pip
+    done = subprocess.run(
+        [sys.executable, flag, here + code], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    (compiled,) = (tmp_path / "__pycache__").iterdir()
+    assert compiled.name.startswith("good.")
 
 
 def test_environment_pins_every_direct_dependency_for_pip_and_names_no_host():

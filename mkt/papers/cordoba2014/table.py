@@ -1,6 +1,7 @@
 """Table 1 of [C14] beside ours."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,8 +68,13 @@ def _row(kind: str, t_lim: float, runs: int) -> Array:
 
 def percent(tracker: Tracker, origin: Source, t_lim: float, n: int) -> Array:
     """True positives in n runs, (n,) [%] of all frames."""
-    iou = overlaps(repeated(tracker, origin, n), clip(origin))
-    return 100 * true_positives(iou, t_lim, hidden=True)
+    return 100 * true_positives(_overlaps(tracker, origin, n), t_lim, hidden=True)
+
+
+@lru_cache(maxsize=64)
+def _overlaps(tracker: Tracker, origin: Source, n: int) -> Array:
+    """The same for every T_lim, (n, T)."""
+    return overlaps(repeated(tracker, origin, n), clip(origin))
 
 
 def _seen(origin: Source) -> float:
