@@ -113,13 +113,15 @@ def turned(counts: NDArray, theta: Array, compass: tuple[int, int]) -> NDArray:
     whole = np.floor(turns).astype(int)
     share = (turns - whole).astype(counts.dtype)
     share = share.reshape(-1, *(1,) * (counts.ndim - 1))
-    near = counts[..., first : first + n]
-    if (whole % n).any():
+    near, ring, sectors = counts[..., first : first + n], np.arange(n), whole % n
+    if len(sectors) == 1:
+        near = near.take((ring + sectors) % n, -1)
+    elif sectors.any():
         near = near.copy()
-        for sector in set((whole % n).tolist()):
-            rows = whole % n == sector
-            near[rows] = np.roll(near[rows], -sector, -1)
-    change = np.roll(near, -1, -1) - near
+        for sector in set(sectors.tolist()):
+            rows = sectors == sector
+            near[rows] = near[rows].take((ring + sector) % n, -1)
+    change = near.take((ring + 1) % n, -1) - near
     counts[..., first : first + n] = near + share * change
     return change * (n / (2 * np.pi))
 

@@ -40,7 +40,11 @@ RANKED = ("tracking", "bobot")  # tables whose parts are trackers
 RUNS = (PACKAGE / "experiments" / "sweep.py", *sorted(PACKAGE.glob("scenes/*.py")))
 STARTS = {
     "claims": sorted(PACKAGE.glob("papers/*/claims.py")),
-    "ablation": [PAPERS / "cordoba2014" / "ablation.py"],
+    "ablation": [  # which takes its trackers by name
+        PAPERS / "cordoba2014" / "ablation.py",
+        PACKAGE / "trackers" / "hybrid_resampling.py",
+        PACKAGE / "trackers" / "particle_filter.py",
+    ],
     "wishes": [PAPERS / "lessons" / "wishes.py"],
 }
 BY_NAME = PACKAGE / "trackers" / "by_name.py"  # imports all trackers, and runs none

@@ -79,10 +79,11 @@ def count(target: Target, labels: NDArray, columns: Array) -> Array:
 
     How, and what was tried for five columns of 2,844 pairs and 110 bins (CPU time on
     one thread): a sparse matrix, one 1 for each pair, times the columns, its structure
-    kept and its row numbers exchanged: 46 us.  Slower: one ``np.bincount`` over a
-    combined index of all columns (58), one for each column (68), the same product with
-    a fresh matrix (96) or over samples and 45 columns (95), sorted sums (218), a dense
-    one-hot product (291).
+    kept and its row numbers exchanged: 46 us, of which a third goes to the numbers, one
+    layer after the other (all layers at once took four times as long). Slower: one
+    ``np.bincount`` over a combined index of all columns (58), one for each column (68),
+    the same product with a fresh matrix (96) or over samples and 45 columns (95),
+    sorted sums (218), a dense one-hot product (291).
 
     Parameters
     ----------
@@ -96,11 +97,13 @@ def count(target: Target, labels: NDArray, columns: Array) -> Array:
     -------
     (J, m, k) array
     """
-    pairs, m = template(target.kernels), target.m
-    layers = labels.size // len(target.kernels.points)
+    pairs, m, layers = template(target.kernels), target.m, np.atleast_2d(labels)
     shape = len(target.q) * (m + 1), len(pairs.sample)
-    membership = _membership(get_ident(), layers, shape)
-    rows = np.atleast_2d(labels).T[pairs.sample] + _offsets(target.kernels, m)
+    rows = np.empty((shape[1], len(layers)), np.int32)
+    offsets = _offsets(target.kernels, m)
+    for k, layer in enumerate(layers):
+        np.add(layer[pairs.sample], offsets, out=rows[:, k])
+    membership = _membership(get_ident(), len(layers), shape)
     membership.indices = rows.ravel()
     return (membership @ columns).reshape(len(target.q), m + 1, -1)[:, :m]
 
@@ -115,8 +118,8 @@ def _membership(_thread, layers: int, shape: tuple[int, int]) -> csc_matrix:
 
 @lru_cache(maxsize=64)
 def _offsets(kernels: Kernels, m: int) -> NDArray:
-    """Where the bins of each pair's kernel begin, (P, 1)."""
-    return ((m + 1) * template(kernels).kernel).astype(np.int32)[:, None]
+    """Where the bins of each pair's kernel begin, (P,)."""
+    return ((m + 1) * template(kernels).kernel).astype(np.int32)
 
 
 def _counts(target: Target, image: BinImage, region: Region, columns: Array) -> Array:
@@ -128,7 +131,7 @@ def _counts(target: Target, image: BinImage, region: Region, columns: Array) -> 
     """
     counts = count(target, sample(image, target.kernels, region), columns)
     if image.shares is not None:
-        counts = counts * image.shares[:, None]
+        counts *= np.repeat(image.shares, columns.shape[1]).reshape(target.m, -1)
     for first, n in image.compasses:
         byside = np.moveaxis(counts, -1, 0)[None]
         slope = turned(byside, angles(region[None]), (first, n))
@@ -172,7 +175,8 @@ def differentiate(
     normalised = counts / total[:, None, None]
     q, dq = normalised[..., 0], normalised[..., 1:]
     if derivative_of_c:
-        dq = dq - q[..., None] * dq.sum(1, keepdims=True)
+        sums = np.einsum("jmk->jk", dq)  # in a third of the time of dq.sum(1)
+        dq = dq - q[..., None] * sums[:, None]
     return q, dq
 
 

@@ -2,7 +2,9 @@
 
 import csv
 import datetime
+import inspect
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -27,6 +29,8 @@ from mkt.experiments.claims import (
 from mkt.experiments.statistics import MEAN, PAIRS, SHARE, STATISTICS
 from mkt.experiments.sweep import NUMBERS, Job, sweep
 from mkt.files import PACKAGE, DataError
+from mkt.papers.cordoba2014 import ablation
+from mkt.papers.lessons import wishes
 from mkt.scenes import SCENES
 from mkt.scenes.drawn import HELD_BACK, TUNING, drawn
 from mkt.trackers import by_name
@@ -279,18 +283,36 @@ def test_a_table_of_other_code_is_known():
     )
 
 
-def test_a_claim_hangs_on_what_it_measures_and_on_no_drawing(monkeypatch):
-    read, stripped = set(), cache.stripped
-    monkeypatch.setattr(
-        cache, "stripped", lambda path: read.add(path) or stripped(path)
-    )
+@pytest.fixture
+def read(monkeypatch):
+    """The files that were looked at for a hash, by what the package calls them."""
+    names, stripped = set(), cache.stripped
+
+    def look(path):
+        names.add(path.relative_to(PACKAGE).as_posix())
+        return stripped(path)
+
+    monkeypatch.setattr(cache, "stripped", look)
+    return names
+
+
+@pytest.mark.parametrize(
+    "table, jobs", [(shipped.ABLATED, ablation.all_jobs), (shipped.WISHED, wishes.jobs)]
+)
+def test_a_table_hangs_on_every_tracker_that_runs_for_it(read, table, jobs):
+    shipped.codes_of(table)
+    homes = {inspect.getfile(type(job.tracker)) for job in jobs()}
+    names = {Path(home).relative_to(PACKAGE).as_posix() for home in homes}
+    assert names <= read
+
+
+def test_a_claim_hangs_on_what_it_measures_and_on_no_drawing(read):
     shipped.codes_of(shipped.CLAIMED)
-    names = {path.relative_to(PACKAGE).as_posix() for path in read}
     measuring = {"papers/teuliere2009/claims.py", "trackers/ssd.py", "scenes/drawn.py"}
-    assert measuring | {"servoing/loop.py", "histograms.py", "tracking.py"} <= names
+    assert measuring | {"servoing/loop.py", "histograms.py", "tracking.py"} <= read
     drawing = ("figures/", "papers/lessons/", "papers/live.py", "course/")
-    assert not any(name.startswith(drawing) for name in names)
-    assert "trackers/guided.py" not in names  # no claim runs it
+    assert not any(name.startswith(drawing) for name in read)
+    assert "trackers/guided.py" not in read  # no claim runs it
 
 
 def test_a_tracker_in_a_ranking_hangs_on_its_own_code_and_settings(monkeypatch):
