@@ -26,6 +26,7 @@ Explained in notebook 01.
 
 from collections.abc import Iterator
 from functools import lru_cache
+from math import floor, isfinite
 from threading import get_ident
 from typing import NamedTuple
 
@@ -88,7 +89,7 @@ def counts(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray:
     return result
 
 
-def turned(counts: NDArray, theta: Array, compass: tuple[int, int]) -> NDArray:
+def turned(counts: NDArray, theta: Array, compass: tuple[int, int]) -> None:
     """Count directions from the x axes of regions instead of that of the image.
 
     A turn by a whole sector moves the counts by one bin; for smaller turns neighbouring
@@ -102,28 +103,50 @@ def turned(counts: NDArray, theta: Array, compass: tuple[int, int]) -> NDArray:
         Their orientations.
     compass : (first, n)
         The bins that are directions, see `mkt.colors.BinImage`.
-
-    Returns
-    -------
-    (N, ..., n) array
-        The derivative of these bins by theta.
     """
     first, n = compass
     turns = np.where(np.isfinite(theta), theta, 0) * n / (2 * np.pi)
-    whole = np.floor(turns).astype(int)
-    share = (turns - whole).astype(counts.dtype)
-    share = share.reshape(-1, *(1,) * (counts.ndim - 1))
-    near, ring, sectors = counts[..., first : first + n], np.arange(n), whole % n
-    if len(sectors) == 1:
-        near = near.take((ring + sectors) % n, -1)
-    elif sectors.any():
-        near = near.copy()
-        for sector in set(sectors.tolist()):
-            rows = sectors == sector
-            near[rows] = near[rows].take((ring + sector) % n, -1)
-    change = near.take((ring + 1) % n, -1) - near
-    counts[..., first : first + n] = near + share * change
+    whole = np.floor(turns)
+    shares = (turns - whole).astype(counts.dtype)
+    shares = shares.reshape(-1, *(1,) * (counts.ndim - 1))
+    bins, sectors = counts[..., first : first + n], whole.astype(int) % n
+    for sector in set(sectors.tolist()):
+        rows = sectors == sector
+        bins[rows] = _mixed(bins[rows], sector, shares[rows], -1)[0]
+
+
+def turned_once(counts: Array, theta: float, compass: tuple[int, int]) -> Array:
+    """`turned` for one region and several columns of counts, and the derivative.
+
+    For so few numbers it takes a fifth of the time.
+
+    Parameters
+    ----------
+    counts : (J, m, k) array
+        Changed in place.
+    theta : float [rad]
+    compass : (first, n)
+
+    Returns
+    -------
+    (J, n, k) array
+        The derivative of the bins that are directions by theta.
+    """
+    first, n = compass
+    turns = theta * n / (2 * np.pi) if isfinite(theta) else 0.0
+    whole, bins = floor(turns), counts[:, first : first + n]
+    bins[:], change = _mixed(bins, whole % n, turns - whole, 1)
     return change * (n / (2 * np.pi))
+
+
+def _mixed(
+    bins: NDArray, sector: int, share: float | NDArray, axis: int
+) -> tuple[NDArray, NDArray]:
+    """Directions counted from a sector, a share of each from the next; the change."""
+    ring = np.arange(sector, sector + bins.shape[axis])
+    near = bins.take(ring, axis, mode="wrap")
+    change = bins.take(ring + 1, axis, mode="wrap") - near
+    return near + share * change, change
 
 
 def mixed_histograms(

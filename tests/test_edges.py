@@ -14,6 +14,7 @@ from mkt.histograms import (
     mixed_histograms,
     sample,
     turned,
+    turned_once,
 )
 from mkt.kernels import Kernels
 from mkt.particles import Motion
@@ -155,6 +156,15 @@ def test_a_whole_sector_moves_the_counts_by_one_bin(angle):
     turned(moved, turns, (2, 8))
     np.testing.assert_allclose(moved[0, :, 2:10], np.roll(moved[1, :, 2:10], 1, -1))
     np.testing.assert_array_equal(moved[0][:, [0, 1, 10]], counts[0][:, [0, 1, 10]])
+
+
+@given(st.floats(-7, 7))
+def test_one_region_is_turned_as_many_are(angle):
+    counts = np.random.default_rng(0).random((3, 11, 5))
+    several = np.moveaxis(counts.copy(), -1, 0)[None]
+    turned(several, np.array([angle]), (2, 8))
+    turned_once(counts, angle, (2, 8))
+    np.testing.assert_array_equal(counts, np.moveaxis(several[0], 0, -1))
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,14 @@ from scipy.sparse import csc_matrix
 from mkt import checks
 from mkt.checks import checked_region
 from mkt.colors import BinImage, Bins, ColorBins
-from mkt.histograms import Target, coefficient, distance, learn, sample, turned
+from mkt.histograms import (
+    Target,
+    coefficient,
+    distance,
+    learn,
+    sample,
+    turned_once,
+)
 from mkt.homographies import angles
 from mkt.kernels import Kernels
 from mkt.regions import THETA
@@ -133,10 +140,10 @@ def _counts(target: Target, image: BinImage, region: Region, columns: Array) -> 
     if image.shares is not None:
         counts *= np.repeat(image.shares, columns.shape[1]).reshape(target.m, -1)
     for first, n in image.compasses:
-        byside = np.moveaxis(counts, -1, 0)[None]
-        slope = turned(byside, angles(region[None]), (first, n))
+        theta = float(angles(region[None])[0])
+        slope = turned_once(counts, theta, (first, n))
         if columns.shape[1] > 1:
-            counts[:, first : first + n, 1 + THETA] += slope[0, 0]
+            counts[:, first : first + n, 1 + THETA] += slope[..., 0]
     return counts
 
 

@@ -6,7 +6,6 @@ pages; here run two chapters with films, that with the workbench, and the first;
 figures of all others stand together in a few notebooks.
 """
 
-import datetime
 import shutil
 
 import nbformat
@@ -14,6 +13,7 @@ import pytest
 
 from mkt.course.book import checks, contents
 from tests.browser import jupyterlab
+from tests.lot import DAY
 
 pytestmark = pytest.mark.slow
 
@@ -100,12 +100,12 @@ def test_a_slider_of_every_figure_changes_the_picture_and_changes_it_back(opened
     What they change is drawn without a browser, at the first and at the last place of
     each.
     """
-    day, still = datetime.date.today().toordinal(), []
+    still = []
     for figure in opened.figures():
         controls = movable(jupyterlab.controls(figure))
         if not controls:
             continue
-        control = controls[day % len(controls)]
+        control = controls[DAY % len(controls)]
         before, position = control.picture(), control.position()
         control.step()
         if control.picture(other_than=before) == before:

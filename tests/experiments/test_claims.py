@@ -1,7 +1,6 @@
 """Claims: the rule on made-up numbers, the listing, the command; those that hold."""
 
 import csv
-import datetime
 import inspect
 from dataclasses import replace
 from pathlib import Path
@@ -34,6 +33,7 @@ from mkt.papers.lessons import wishes
 from mkt.scenes import SCENES
 from mkt.scenes.drawn import HELD_BACK, TUNING, drawn
 from mkt.trackers import by_name
+from tests.lot import DAY
 
 NAMES = list(CLAIMS)
 SIX = range(6)
@@ -362,9 +362,8 @@ AGAIN = ("T09-a", "T09-d", "T09-e", "N03-f")  # quick, and nothing in them is ti
 @pytest.mark.slow
 def test_a_sample_of_the_shipped_claims_comes_out_the_same_again():
     """Six scenes of one claim, others each day."""
-    day = datetime.date.today().toordinal()
-    name = AGAIN[day % len(AGAIN)]
-    first = HELD_BACK.start + day % (len(HELD_BACK) - 5)
+    name = AGAIN[DAY % len(AGAIN)]
+    first = HELD_BACK.start + DAY % (len(HELD_BACK) - 5)
     (fresh,) = measure([name], range(first, first + 6), processes=1)
     (kept,) = shipped.claimed([name])
     where = slice(first - HELD_BACK.start, first - HELD_BACK.start + 6)
@@ -379,7 +378,7 @@ def test_a_sample_of_the_shipped_runs_comes_out_the_same_again():
     """Some rows drawn by lot, others each day; what is timed is left out."""
     rows, _ = shipped.read_runs(shipped.TRACKED)
     quick = rows[~rows["tracker"].isin(by_name.SLOW)]
-    sample = quick.sample(8, random_state=datetime.date.today().toordinal())
+    sample = quick.sample(8, random_state=DAY)
     jobs = [
         Job(
             row.tracker, by_name.get(row.tracker), drawn(row.source, row.seed), row.seed
