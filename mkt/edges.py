@@ -12,6 +12,8 @@ Explained in notebook 15.
 """
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from threading import get_ident
 
 import cv2
 import numpy as np
@@ -19,7 +21,7 @@ import numpy as np
 from mkt import checks
 from mkt.checks import checked_frame
 from mkt.colors import BinImage
-from mkt.types import Frame
+from mkt.types import Frame, NDArray
 
 
 @dataclass(frozen=True)
@@ -66,12 +68,36 @@ class EdgeBins:
     def __call__(self, frame: Frame) -> BinImage:
         """The bins of a frame (H, W, 3) uint8 RGB; ValueError for anything else."""
         grey = cv2.cvtColor(checked_frame(frame), cv2.COLOR_RGB2GRAY)
-        dx, dy = (cv2.Sobel(grey, cv2.CV_32F, *way, scale=1 / 8) for way in WAYS)
-        size, angle = cv2.cartToPolar(dx, dy, angleInDegrees=True)
+        dx, dy, size, angle = _room(get_ident(), *grey.shape)
+        for way, slope in zip(WAYS, (dx, dy), strict=True):
+            cv2.Sobel(grey, cv2.CV_32F, *way, slope, scale=1 / 8)
+        cv2.cartToPolar(dx, dy, size, angle, angleInDegrees=True)
         sector = cv2.convertScaleAbs(angle, alpha=self.directions / 360)
-        sector[sector == self.directions] = 0  # the second half of the first sector
-        labels = np.where(size < self.flat, np.uint8(self.directions), sector)
+        flat = -(size < self.flat).view(np.uint8)  # `FLAT` where it is, else 0
+        labels = cv2.LUT(sector | flat, self._labels)
         return BinImage(labels, self.m, compasses=((0, self.directions),))
 
+    @cached_property
+    def _labels(self) -> NDArray:
+        """The bins of sectors and of `FLAT`; one more is half of the first sector."""
+        labels = np.arange(256, dtype=np.uint8)
+        labels[self.directions], labels[FLAT] = 0, self.directions
+        return labels
 
+
+FLAT = 255
 WAYS = (1, 0), (0, 1)  # of the derivatives, along x and along y
+
+
+def _room(thread: int, height: int, width: int) -> NDArray:
+    """Four images to work in, kept for each thread.
+
+    To ask the system for fresh memory takes as long as all the work.
+    """
+    room = _kept(thread, (height * width - 1).bit_length())
+    return room[:, : height * width].reshape(4, height, width)
+
+
+@lru_cache(maxsize=4)
+def _kept(_thread: int, bits: int) -> NDArray:
+    return np.empty((4, 1 << bits), np.float32)

@@ -133,6 +133,15 @@ def test_joined_derivatives_equal_central_differences():
     assert off.max() < 5e-3 * np.abs(dq).max()
 
 
+def test_the_bins_of_a_frame_stay_when_others_follow():
+    frames = np.random.default_rng(0).integers(0, 256, (3, 20, 30, 3), np.uint8)
+    first = EdgeBins()(frames[0])
+    kept = first.labels.copy()
+    for frame in (frames[1], frames[2, :9, :7]):
+        EdgeBins()(frame)
+    assert (first.labels == kept).all()
+
+
 @given(st.floats(-7, 7))
 def test_directions_turn_with_the_region(angle):
     """A ramp seen by a region that turns with it: always the first sector.
