@@ -90,9 +90,10 @@ WAYS = (1, 0), (0, 1)  # of the derivatives, along x and along y
 
 
 def _room(thread: int, height: int, width: int) -> NDArray:
-    """Four images to work in, kept for each thread.
+    """Four images (4, height, width) to work in, kept for each thread.
 
-    To ask the system for fresh memory takes as long as all the work.
+    To ask the system for fresh memory takes as long as all the work.  What is kept is
+    a power of two long, for close-ups are of many sizes.
     """
     room = _kept(thread, (height * width - 1).bit_length())
     return room[:, : height * width].reshape(4, height, width)

@@ -294,7 +294,7 @@ def long_video(tmp_path_factory):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
-@pytest.mark.parametrize("blow, ending", BLOWS)
+@pytest.mark.parametrize("blow, ending", BLOWS, ids=lambda it: getattr(it, "name", it))
 def test_a_track_stopped_at_any_moment_leaves_files_of_one_run(
     blow, ending, long_video, tmp_path
 ):

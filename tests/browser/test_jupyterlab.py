@@ -97,8 +97,8 @@ def movable(controls):
 def test_a_slider_of_every_figure_changes_the_picture_and_changes_it_back(opened):
     """Another one each day: one program joins all sliders of a figure to its picture.
 
-    What they change is drawn without a browser, at the first and at the last place of
-    each.
+    On the pages of the book every slider of a drawn figure is moved, and what all of
+    them change together is drawn without a browser.
     """
     still = []
     for figure in opened.figures():
