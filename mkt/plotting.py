@@ -326,8 +326,9 @@ def bin_colors(bins: Bins) -> Array:
     return np.where(count[:, None] > 0, mean, 1.0)
 
 
-def draw_histogram(ax: Axes, q: Array, bins: Bins, **labels: Any) -> None:
-    """A histogram q (m,) as bars in the colours of their bins."""
+def draw_histogram(ax: Axes, q: ArrayLike, bins: Bins, **labels: Any) -> None:
+    """A histogram q (m,), or a list of it, as bars in the colours of their bins."""
+    q = np.asarray(q)
     u = np.flatnonzero(q)
     outline = ((-0.5, 0), (-0.5, 1), (0.5, 1), (0.5, 0))
     bars = np.stack([np.stack([u + x, q[u] * y], -1) for x, y in outline], 1)

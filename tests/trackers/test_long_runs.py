@@ -16,7 +16,7 @@ from mkt.trackers import by_name
 
 pytestmark = pytest.mark.slow
 
-WARM, LENGTH = 100, 600  # frames, before which caches may still fill; in all
+WARM, LENGTH = 100, 400  # frames, before which caches may still fill; in all
 PERIOD, HIDDEN = 100, 15  # frames; the target is hidden at the end of each period
 
 

@@ -1,0 +1,22 @@
+"""What the drawings take."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from mkt.colors import ColorBins
+from mkt.plotting import draw_histogram
+
+
+def test_a_histogram_may_be_a_list():
+    """As a student's may be, who has written it without numpy."""
+    bins = ColorBins()
+    q = np.zeros(bins.m)
+    q[[3, 40]] = 0.25, 0.75
+    heights = []
+    for given in (q, q.tolist()):
+        fig, ax = plt.subplots()
+        draw_histogram(ax, given, bins)
+        (bars,) = ax.collections
+        heights.append([path.get_extents().height for path in bars.get_paths()])
+        plt.close(fig)
+    assert heights[0] == heights[1] == [0.25, 0.75]
