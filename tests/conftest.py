@@ -63,6 +63,15 @@ def pytest_collection_modifyitems(items):
             item.add_marker("slow")
 
 
+def pytest_collection_finish():
+    """What is there by now stays: not to look through it saves 6 % of CPU.
+
+    But for mutmut's tests, which have to find it, see above.
+    """
+    if "MUTANT_UNDER_TEST" not in os.environ:
+        gc.freeze()
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers():
     """One more than there are processors: a test of a browser waits as often as not."""
