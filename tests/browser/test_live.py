@@ -25,7 +25,7 @@ from mkt.trackers.combined import Combined
 from mkt.trackers.ssd import newton_path
 from mkt.tracking import Sequence, track
 from tests.browser.conftest import launched
-from tests.browser.test_pages import AXE, NARROW, SCHEMES, WIDE, Opened
+from tests.browser.test_pages import AXE, BY_TURNS, WIDE, Opened
 
 pytestmark = pytest.mark.slow
 
@@ -782,29 +782,21 @@ CHAPTERS = [HISTOGRAMS, SURFACES, NEWTON, BEATS, LOOP, SUCCESS]
 
 
 @pytest.mark.parametrize("name", CHAPTERS)
-def test_live_figures_fit_by_day_and_by_night(opened, pictures, name):
+def test_live_figures_fit_and_everybody_can_use_them(opened, pictures, name):
     page = opened(name)
     panels = page.locator(".mkt-soon")
     assert panels.count()
-    for size in (NARROW, WIDE):
+    for size, scheme in BY_TURNS:
         page.set_viewport_size(size)
+        page.emulate_media(color_scheme=scheme)
         for k in range(panels.count()):
             panel = ready(page, r"\d", k)
+            page.wait_for_timeout(300)
             assert not page.evaluate(
                 "document.documentElement.scrollWidth > innerWidth"
             )
-            for scheme in SCHEMES:
-                page.emulate_media(color_scheme=scheme)
-                page.wait_for_timeout(300)
-                words = f"live-{name}-{k}-{size['width']}-{scheme}.png"
-                panel.screenshot(path=pictures / words)
-
-
-@pytest.mark.parametrize("name", CHAPTERS)
-def test_everybody_can_use_live_figures(opened, name):
-    page = opened(name)
-    for k in range(page.locator(".mkt-soon").count()):
-        ready(page, r"\d", k)
+            words = f"live-{name}-{k}-{size['width']}-{scheme}.png"
+            panel.screenshot(path=pictures / words)
     found = AXE.run(
         page,
         context=".mkt-live",
