@@ -297,7 +297,7 @@ LABELS = ColorBins()(BLOCKS).labels
     st.sampled_from(PROFILES),
     frames(),
 )
-@pytest.mark.filterwarnings("ignore:overflow")
+@pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
 def test_histograms_of_any_regions_sum_to_one_or_nothing(
     regions, layout, profile, frame
 ):
