@@ -327,7 +327,7 @@ def bin_colors(bins: Bins) -> Array:
 
 
 def draw_histogram(ax: Axes, q: ArrayLike, bins: Bins, **labels: Any) -> None:
-    """A histogram q (m,), or a list of it, as bars in the colours of their bins."""
+    """A histogram q (m,), an array or a list, as bars in the colours of their bins."""
     q = np.asarray(q)
     u = np.flatnonzero(q)
     outline = ((-0.5, 0), (-0.5, 1), (0.5, 1), (0.5, 0))

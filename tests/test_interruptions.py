@@ -43,7 +43,6 @@ from mkt.experiments import sweep as sweeps
 from mkt.experiments.sweep import Job
 from mkt.scenes.drawn import Drawn
 from mkt.trackers.ssd import SSD
-from tests.lot import DAY
 def long_row(job):
     return {"seed": job.seed, "text": str(job.seed) * 200_000}
 sweeps.run = long_row

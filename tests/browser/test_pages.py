@@ -33,7 +33,7 @@ REFERENCE = [
     "_modules/mkt/histograms",
 ]
 PAGES = [*REFERENCE, *CHAPTERS]
-ALIKE = [".genindex-section ~ .genindex-section"]  # one for each letter
+ALIKE = [".genindex-section[id] ~ .genindex-section"]  # all letters but the first
 # Code has the same colours on every page of a kind, and hundreds of words a page.
 WITH_CODE = (
     "api/mkt.histograms",
