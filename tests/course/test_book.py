@@ -1,6 +1,7 @@
 """The book: its contents, its notebooks as stored and as run, and the site."""
 
 import re
+import time
 from dataclasses import replace
 from html import unescape
 from html.parser import HTMLParser
@@ -23,7 +24,7 @@ from mkt.course.book import (
     pages,
     pictures,
 )
-from mkt.course.book.site import prepare, write
+from mkt.course.book.site import prepare, rendered, write
 from mkt.course.labs.notebooks import labs
 from mkt.experiments import claims, leaderboard, shipped
 from mkt.experiments.claims_as_text import measured
@@ -31,6 +32,7 @@ from mkt.figures.registry import FIGURES
 from mkt.figures.static_panel import FILES
 from mkt.files import PACKAGE
 from mkt.trackers import by_name
+from tests.course import worked
 
 BOOK = contents.read()
 chapters = pytest.mark.parametrize(
@@ -272,6 +274,30 @@ def test_a_chapter_whose_text_alone_changed_shows_it_with_the_known_outputs(
     assert after.cells[1].outputs[0].text.strip().isdecimal()
 
 
+def test_what_the_page_leaves_out_is_not_run_and_may_change(tmp_path, nothing_known):
+    notebook = cells(CLOCK, "1 / 0", "print(2)")
+    notebook.cells[1].metadata = {"tags": [checks.LEFT_OUT]}
+    trial = chapter(tmp_path, notebook)
+    first = run(trial)
+    assert [len(cell.outputs) for cell in first.cells] == [1, 0, 1]
+    notebook.cells[1].source = "2 / 0"
+    nbformat.write(notebook, trial.notebook)
+    assert run(trial).cells[0] == first.cells[0]
+    notebook.cells[1].metadata = {}
+    nbformat.write(notebook, trial.notebook)
+    with pytest.raises(contents.BookError, match="ZeroDivisionError"):
+        run(trial)
+
+
+def test_the_tests_run_what_the_page_leaves_out(tmp_path, nothing_known):
+    notebook = cells("1 / 0")
+    notebook.cells[0].metadata = {"tags": [checks.LEFT_OUT]}
+    trial = chapter(tmp_path, notebook)
+    (tmp_path / "answers").mkdir()
+    with pytest.raises(contents.BookError, match="ZeroDivisionError"):
+        worked.executed([trial], tmp_path / "answers")
+
+
 def test_lines_that_take_their_time_are_one_output(tmp_path, nothing_known):
     source = (
         "import time\nfor k in range(3):\n    print(k, flush=True)\n    time.sleep(0.5)"
@@ -475,6 +501,46 @@ def test_a_folder_is_made_to_hold_what_is_given_and_touched_no_more_than_that(tm
 
 
 # The site
+
+
+def test_a_site_that_sphinx_cannot_write_is_an_error(tmp_path, capfd):
+    (tmp_path / "conf.py").write_text("1 / 0")
+    with pytest.raises(contents.BookError, match="see above"):
+        with rendered(tmp_path, tmp_path / "build"):
+            pass
+    assert "ZeroDivisionError" in capfd.readouterr().err
+
+
+def test_sphinx_ends_where_the_other_work_fails(tmp_path):
+    begun, late = tmp_path / "begun", tmp_path / "late"
+    (tmp_path / "conf.py").write_text(
+        "import pathlib, time\n"
+        f"pathlib.Path({str(begun)!r}).touch()\n"
+        "time.sleep(10)\n"
+        f"pathlib.Path({str(late)!r}).touch()\n"
+    )
+    with pytest.raises(ZeroDivisionError), rendered(tmp_path, tmp_path / "build"):
+        while not begun.exists():
+            time.sleep(0.1)
+        raise ZeroDivisionError
+    assert not late.exists()
+
+
+def test_what_another_module_made_is_on_its_page_alone(site):
+    page = (site / "api" / "mkt.trackers.ssd.html").read_text(encoding="utf-8")
+    assert 'id="mkt.trackers.ssd.minimise"' in page
+    assert 'id="mkt.trackers.ssd.coefficient"' not in page
+    aliases = (site / "api" / "mkt.types.html").read_text(encoding="utf-8")
+    assert 'id="mkt.types.Rng"' in aliases
+
+
+def test_pages_that_no_sidebar_lists_have_one_that_leads_on(site):
+    for page in ("_modules/mkt/trackers/ssd", "_modules/mkt/colors", "api/mkt.colors"):
+        path = site / f"{page}.html"
+        text = path.read_text(encoding="utf-8")
+        sidebar = text.partition('class="sidebar-tree"')[2].partition("</aside>")[0]
+        [address] = re.findall(r'href="([^"]*02_cost_surfaces.html)"', sidebar)
+        assert (path.parent / address).is_file()
 
 
 class Page(HTMLParser):

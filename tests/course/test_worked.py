@@ -59,6 +59,12 @@ def test_answers_run_and_numbers_in_prose_are_held(chapter, answered, record_pro
 
 
 @every
+def test_cells_that_only_hold_numbers_are_not_on_the_page(chapter):
+    on_page = {cell.id for cell in checks.on_page(text(chapter))}
+    assert not [name for name in on_page if name.startswith("numbers")]
+
+
+@every
 def test_answers_are_python_and_no_lines_too_long(chapter):
     for cell, block in worked.answers(text(chapter)):
         ast.parse(block)

@@ -39,8 +39,13 @@ def answers(notebook: nbformat.NotebookNode) -> list[tuple[str, str]]:
 
 
 def with_answers(chapter: Chapter, folder: Path) -> Chapter:
-    """A chapter that goes on with its answers as cells, in a folder."""
+    """A chapter that goes on with its answers as cells, in a folder.
+
+    All of its cells are run, those too that the page leaves out.
+    """
     notebook = checks.strip(nbformat.read(chapter.notebook, 4))
+    for cell in notebook.cells:
+        cell.metadata.pop("tags", None)
     notebook.cells += [
         nbformat.v4.new_code_cell(block, id=f"{cell}-{k}")
         for k, (cell, block) in enumerate(answers(notebook))

@@ -17,6 +17,7 @@ from mkt.files import whole
 HELPERS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)
 DOORS = ("show", "explore")  # the functions that put a figure into a notebook
 PICTURES = ("image/png", "text/html")
+LEFT_OUT = "remove-cell"  # the tag of cells that the page leaves out
 
 
 def strip(notebook: NotebookNode) -> NotebookNode:
@@ -100,6 +101,15 @@ def _is_door(function: ast.expr) -> bool:
 def code_cells(notebook: NotebookNode) -> list[NotebookNode]:
     """The cells of a notebook that are run, in order."""
     return [cell for cell in notebook.cells if cell.cell_type == "code"]
+
+
+def on_page(notebook: NotebookNode) -> list[NotebookNode]:
+    """Those that the book runs.
+
+    What the page leaves out, numbers that its text holds, the tests run.
+    """
+    cells = code_cells(notebook)
+    return [cell for cell in cells if LEFT_OUT not in cell.metadata.get("tags", ())]
 
 
 def tree(cell: NotebookNode) -> ast.Module:

@@ -18,7 +18,7 @@ from typing import Any
 from nbformat import NotebookNode
 
 import mkt
-from mkt.course.book.checks import code_cells, figure_cells, tree
+from mkt.course.book.checks import code_cells, figure_cells, on_page, tree
 from mkt.experiments import cache
 from mkt.experiments.shipped import PAPERS, reachable
 from mkt.figures import export
@@ -40,7 +40,7 @@ def of_chapter(notebook: NotebookNode, *how: Any) -> str:
     *how
         Settings with which it is run.
     """
-    code = [(cell.id, cell.source) for cell in code_cells(notebook)]
+    code = [(cell.id, cell.source) for cell in on_page(notebook)]
     try:
         files = named_in(notebook)
     except SyntaxError:  # running it will report this

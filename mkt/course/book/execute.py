@@ -2,7 +2,7 @@
 
 The outputs of a chapter are kept under all that its code depends on, so a chapter whose
 text alone has changed is not run again: its outputs are put under the new text, cell by
-cell.
+cell.  Cells that the page leaves out are not run here.
 
 Reading order: `execute_all`, `run`.
 """
@@ -20,7 +20,7 @@ from nbformat import NotebookNode
 from tqdm import tqdm
 
 from mkt.course.book import client, depends
-from mkt.course.book.checks import code_cells, strip
+from mkt.course.book.checks import LEFT_OUT, code_cells, on_page, strip
 from mkt.course.book.contents import BookError, Chapter
 from mkt.experiments.cache import Shelf
 
@@ -65,7 +65,7 @@ def with_outputs(notebook: NotebookNode, executed: NotebookNode) -> NotebookNode
     """A stripped notebook with the outputs of another one that has the same code."""
     filled = strip(notebook)
     outputs = {cell.id: cell for cell in code_cells(executed)}
-    for cell in code_cells(filled):
+    for cell in on_page(filled):
         cell.outputs = outputs[cell.id].outputs
         cell.execution_count = outputs[cell.id].execution_count
     filled.metadata = executed.metadata
@@ -77,7 +77,7 @@ async def _run_all(
 ) -> dict[str, NotebookNode]:
     """The executed notebooks of some chapters; raises BookError with all troubles."""
     gate = asyncio.Semaphore(client.KERNELS)
-    cells = sum(len(code_cells(stored[chapter.name])) for chapter in chapters)
+    cells = sum(len(on_page(stored[chapter.name])) for chapter in chapters)
     with tqdm(total=cells, desc="notebooks", unit="cell", disable=None) as bar:
 
         async def one(chapter):
@@ -132,6 +132,7 @@ async def run(
         config=client.config(),
         timeout=None,
         record_timing=False,
+        skip_cells_with_tag=LEFT_OUT,
         coalesce_streams=True,  # lines printed one after the other are one output
         shutdown_kernel="immediate",
         resources={"metadata": {"path": str(chapter.notebook.parent)}},

@@ -8,6 +8,7 @@ import base64
 import hashlib
 import os
 import re
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
@@ -39,7 +40,12 @@ MOVING = {"quality": 55, "speed": 8, "save_all": True, "loop": 0}
 def lighten(folder: Path) -> None:
     """Take pictures and films out of the pages of a site, and make both smaller."""
     (folder / FOLDER).mkdir(parents=True, exist_ok=True)
-    endings = {path.stem: _reduce(path) for path in (folder / DRAWINGS).glob("*.png")}
+    drawings = list((folder / DRAWINGS).glob("*.png"))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # OpenCV lets other threads run
+        encoded = pool.map(_reduce, drawings)
+    endings = {
+        path.stem: ending for path, ending in zip(drawings, encoded, strict=True)
+    }
     for film in (folder / "_static").glob("*.gif"):
         _reduce_film(film)
     for page in folder.rglob("*.html"):

@@ -13,21 +13,23 @@ from mkt.figures.live import DATA, bundle, content, names
 from mkt.sequences.carphone import carphone
 
 SCRIPT = "live.js"
+FILES = "_static/live"  # of the site: NAME.js of each data
 PLAYED = 75  # frames of the clip, a quarter of a megabyte less than all
-
-
-def scripts() -> dict[str, str]:
-    """{name below the static folder: text} of all that the live figures need."""
-    return {SCRIPT: script()} | {
-        f"live/{name}.js": f"(globalThis.mktData ??= {{}})[{json.dumps(name)}] = "
-        f"{json.dumps(content(name))};\n"
-        for name in names()
-    }
 
 
 def script() -> str:
     """The modules as one script that stands for itself."""
     return f'"use strict";\n(() => {{\n{bundle("start")}}})();\n'
+
+
+def data() -> dict[str, bytes]:
+    """{file name: content} of all data of live figures."""
+    return {f"{name}.js": _assigned(name).encode() for name in names()}
+
+
+def _assigned(name: str) -> str:
+    told = json.dumps(name)
+    return f"(globalThis.mktData ??= {{}})[{told}] = {json.dumps(content(name))};\n"
 
 
 @DATA.register("track")

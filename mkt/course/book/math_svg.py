@@ -5,6 +5,7 @@ They are drawn by ziamath, so that no page ever asks a network for MathJax.
 
 import html
 import re
+from functools import cache
 from typing import Any
 from xml.etree import ElementTree
 
@@ -60,10 +61,16 @@ def svg(tex: str, node: Node | None = None, inline: bool = False) -> str:
         Whether it stands in a line of text.
     """
     try:
-        formula = Latex(tex, size=SIZE, inline=inline)
+        return _drawn(tex, inline)
     except Exception as error:  # its parsers raise whatever they trip over
         _log.warning("formula not understood: %s (%s)", tex, error, location=node)
         return f"<code>{html.escape(tex)}</code>"
+
+
+@cache
+def _drawn(tex: str, inline: bool) -> str:
+    """The <svg>; half of the book's formulas have been there before."""
+    formula = Latex(tex, size=SIZE, inline=inline)
     drawing = formula.svgxml()
     drawing.attrib |= {"role": "img", "aria-label": tex, "class": "mkt-math"}
     for side in ("width", "height"):

@@ -1,17 +1,24 @@
-"""A Sphinx extension: what the reference of the library leaves out.
+"""A Sphinx extension: what the reference of the library leaves out, or does only once.
 
 The fields of a NamedTuple are in the Attributes of its docstring; Python's own text on
-each, "Alias for field number 0", says nothing more.
+each, "Alias for field number 0", says nothing more.  What a module has imported stands
+on the page of another: autodoc would read its source to find that out.  And most pages
+have the sidebar of the others in their folder, since it does not list them.
 """
 
+import inspect
 from typing import Any
 
 from sphinx.application import Sphinx
+
+BEFORE_THE_THEME = 400  # which has Sphinx's usual 500
+NOT_LISTED = ("_modules/", "api/mkt")  # beginnings of pages
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Called by Sphinx."""
     app.connect("autodoc-skip-member", _skipped)
+    app.connect("html-page-context", _Sidebars().serve, priority=BEFORE_THE_THEME)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
@@ -19,4 +26,29 @@ def _skipped(
     app: Sphinx, kind: str, name: str, thing: Any, skip: bool, options: Any
 ) -> bool | None:
     """Whether to leave a member out; None leaves it to Sphinx."""
+    if kind == "module" and (inspect.isfunction(thing) or inspect.isclass(thing)):
+        elsewhere = thing.__module__ != app.env.current_document.autodoc_module
+        is_alias = thing.__name__ != name  # which is documented where it is made
+        return True if elsewhere and not is_alias else None
     return True if type(thing).__name__ == "_tuplegetter" else None
+
+
+class _Sidebars:
+    """One list of pages for each folder whose own pages are not on it."""
+
+    def __init__(self):
+        self._known: dict[str, str] = {}
+
+    def serve(
+        self, app: Sphinx, page: str, template: str, context: dict[str, Any], tree: Any
+    ) -> None:
+        """Replace the function that makes the list for the theme."""
+        if page.startswith(NOT_LISTED) and "toctree" in context:
+            folder, make = page.rpartition("/")[0], context["toctree"]
+
+            def listed(**options: Any) -> str:
+                if folder not in self._known:
+                    self._known[folder] = make(**options)
+                return self._known[folder]
+
+            context["toctree"] = listed

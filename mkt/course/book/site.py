@@ -8,7 +8,8 @@ import copy
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import nbformat
@@ -63,11 +64,21 @@ def make(
         | _labs()
     )
     files = {name: text.encode() for name, text in texts.items()}
-    drawn = {f"{FILES}/{name}": content for name, content in pictures.drawn().items()}
-    drawn[f"_static/{pages.FILM.name}"] = pages.FILM.read_bytes()
+    files[f"_static/{pages.FILM.name}"] = pages.FILM.read_bytes()
     with named(source):
-        write(files | drawn, source)
-    return render(source, folder)
+        write(files, source)
+    with rendered(source, folder) as fresh:
+        # Sphinx leaves the other cores alone, and pages only name these files.
+        drawn, data = pictures.drawn(), live.data()
+    with named(fresh):
+        write(drawn, fresh / FILES)
+        write(data, fresh / live.FILES)
+        lighter.lighten(fresh)
+        security.seal(fresh)
+    site = folder / "html"
+    shutil.rmtree(site, ignore_errors=True)
+    fresh.replace(site)
+    return site / "index.html"
 
 
 def _pages(book: Book, notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
@@ -91,7 +102,8 @@ def _pages(book: Book, notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
 def _scripts() -> dict[str, str]:
     """The same for the styles, and for what moves the figures."""
     files = *pages.STYLES, SCRIPT, pages.CODE, pages.PLAYS
-    texts = live.scripts() | {path.name: path.read_text("utf-8") for path in files}
+    texts = {path.name: path.read_text("utf-8") for path in files}
+    texts[live.SCRIPT] = live.script()
     return {f"_static/{name}": text for name, text in texts.items()}
 
 
@@ -200,27 +212,29 @@ def _describe(cell: NotebookNode) -> None:
     cell.metadata["mystnb"] = {"image": {"alt": text}}
 
 
-def render(source: Path, folder: Path) -> Path:
-    """Let Sphinx write the site beside the old one, then put it in its place.
+@contextmanager
+def rendered(source: Path, folder: Path) -> Iterator[Path]:
+    """Let Sphinx write the site beside the old one, while the ``with`` does other work.
 
-    Returns
-    -------
+    Yields
+    ------
     Path
-        Of the first page.
+        Of the folder that is complete after the ``with``.
 
     Raises
     ------
     BookError
         When Sphinx fails.
     """
-    fresh, site = folder / "html.fresh", folder / "html"
+    fresh = folder / "html.fresh"
     shutil.rmtree(fresh, ignore_errors=True)
-    program = [sys.executable, "-m", "sphinx", "-b", "html"]
-    quiet = [] if sys.stdout.isatty() else ["-q"]
-    if subprocess.call([*program, *quiet, "-d", folder / "doctrees", source, fresh]):
+    program = [sys.executable, "-m", "sphinx", "-b", "html", "-q"]
+    print("Sphinx writes the pages", file=sys.stderr, flush=True)
+    with subprocess.Popen([*program, "-d", folder / "doctrees", source, fresh]) as run:
+        try:
+            yield fresh
+        except BaseException:
+            run.terminate()
+            raise
+    if run.returncode:
         raise BookError("Sphinx could not write the site, see above")
-    lighter.lighten(fresh)
-    security.seal(fresh)
-    shutil.rmtree(site, ignore_errors=True)
-    fresh.replace(site)
-    return site / "index.html"
