@@ -59,7 +59,8 @@ HEAD = (
 )
 LEGEND = """\
 *overlap*: mean over the seen frames, then over runs and sequences; *95 %*: its interval
-(Student's t) over cases.  *place*: more than one where a paired t-test between cases
+(Student's t) over cases, which are sequences, or the seeds of drawn scenes, each with
+a scene of every kind.  *place*: more than one where a paired t-test between cases
 cannot tell the neighbours apart (2.5 % on one side).  *behind the first*: the mean
 difference over the same cases, with its interval.  *true positives*: seen frames with
 an overlap above .2; *of all frames*: the same out of all frames, hidden ones too, as
@@ -416,8 +417,10 @@ def refusals(rows: pd.DataFrame) -> list[str]:
 
 def extent(board: Board) -> str:
     """How many sequences and runs a board has, in words."""
-    n = board.rows["source"].nunique()
-    return f"{n} sequence{'' if n == 1 else 's'}, {len(board.rows)} runs"
+    n, runs = board.rows["source"].nunique(), f"{len(board.rows)} runs"
+    if board.case == "seed":
+        return f"{n} kinds of scene, {board.rows['seed'].nunique()} of each, {runs}"
+    return f"{n} sequence{'' if n == 1 else 's'}, {runs}"
 
 
 def as_markdown(board: Board) -> str:

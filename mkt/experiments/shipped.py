@@ -233,9 +233,9 @@ def verdicts(*names: str) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns claim, measured, claimed, here (the value with its 95 % interval) and
-        verdict, all as text; what is ours, or cannot fail, has its verdict in
-        parentheses.
+        Columns claim, measured, asked (our bound), here (the value with its 95 %
+        interval) and verdict, all as text; what is ours, or cannot fail, has its
+        verdict in parentheses.
 
     Raises
     ------
@@ -246,7 +246,7 @@ def verdicts(*names: str) -> pd.DataFrame:
         {
             "claim": result.claim.name,
             "measured": line.part.text,
-            "claimed": line.condition,
+            "asked": line.condition,
             "here": measured_as_text(line),
             "verdict": f"({line.verdict})" if line.part.ours else line.verdict,
         }

@@ -44,7 +44,7 @@ class LivePanel(anywidget.AnyWidget):
     def __init__(self, entry: Entry):
         super().__init__(
             name=entry.name,
-            caption=caption(entry),
+            caption=caption(entry, live=True),
             first={name: content(name) for name in entry.live},
         )
         self._entry = entry

@@ -35,6 +35,9 @@ from mkt.tracking import Progress
 # In the order of the book; those of no paper are called "own".
 PAPERS = ("teuliere2009", "nummiaro2003", "cordoba2014", "own")
 
+# So begins the paragraph of a docstring on the figure that computes in the page.
+IN_THE_PAGE = "In the page: "
+
 _listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
 
 
@@ -137,7 +140,18 @@ class Entry:
     @property
     def caption(self) -> str:
         """What the figure shows, on which data, and where it differs from the print."""
-        return "\n\n".join(self._text[1:])
+        return "\n\n".join(p for p in self._text[1:] if not p.startswith(IN_THE_PAGE))
+
+    @property
+    def live_caption(self) -> str:
+        """The same for the figure that computes in the page, where that lies otherwise.
+
+        There its own paragraph takes the place of the first one.
+        """
+        paragraphs = self._text[1:]
+        own = [p for p in paragraphs if p.startswith(IN_THE_PAGE)]
+        rest = [p for p in paragraphs[bool(own) :] if p not in own]
+        return "\n\n".join([p.removeprefix(IN_THE_PAGE) for p in own] + rest)
 
     @property
     def _text(self) -> list[str]:

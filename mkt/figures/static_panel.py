@@ -112,6 +112,7 @@ class StaticPanel:
         return _TEMPLATES.get_template("static_panel.html").render(
             id=f"{entry.name.replace('.', '-')}-{next(_serial)}",
             entry=entry,
+            caption=caption(entry, self._live),
             files=FILES,
             width=width(entry),
             image=self._frames[0],
@@ -122,12 +123,7 @@ class StaticPanel:
         )
 
     def _description(self) -> str:
-        """What the picture shows: its title with the values.
-
-        Where nothing moves it is the whole caption, which is then not shown beside it.
-        """
-        if not (self._groups or self._live):
-            return f"{self._entry.title} {self._entry.caption}".replace("\n", " ")
+        """What the picture shows: its title with the values."""
         words = ", ".join(f"{name} = {value}" for name, value in self._labels().items())
         return f"{self._entry.title} {words}."
 
@@ -201,9 +197,10 @@ def width(entry: Entry) -> int:
     return round(WIDTH * entry.size[0])
 
 
-def caption(entry: Entry) -> str:
-    """Title and caption as HTML."""
-    return f"<b>{html.escape(entry.title)}</b> {html.escape(entry.caption)}"
+def caption(entry: Entry, live: bool = False) -> str:
+    """Title and caption as HTML; of the figure that computes in the page if it does."""
+    words = entry.live_caption if live else entry.caption
+    return f"<b>{html.escape(entry.title)}</b> {html.escape(words)}"
 
 
 def label(value: Any) -> str:

@@ -1,6 +1,6 @@
 // own.newton, live: Gauss-Newton on kernels, from any start, step by step.
 
-import { corners, differentiate, displaced, distanceAt, learn, moved, newtonPath, newtonStep, overlap, warp } from "./engine.js"; // prettier-ignore
+import { corners, differentiate, displaced, distanceAt, errors, learn, moved, newtonPath, newtonStep, overlap, warp } from "./engine.js"; // prettier-ignore
 import { still } from "./objects.js";
 import { load } from "./host.js";
 import { axes, Canvas, Controls, el, number, outline, takeOver } from "./page.js";
@@ -116,8 +116,10 @@ class Newton {
     const { dx, turn } = this.controls.values;
     const now = this.path[this.taken];
     const start = `start ${number(dx)} px and ${number(turn)} degrees off`;
-    const iou = overlap(now, this.truth).toFixed(2);
-    this.said.textContent = `Step ${this.taken} of ${STEPS}, ${start}: distance ${this.distances[this.taken].toFixed(3)}, overlap with the truth ${iou}.`; // prettier-ignore
+    const [place, turned] = errors(now, this.truth);
+    const size = 100 * (Math.sqrt((now[3] * now[4]) / (this.truth[3] * this.truth[4])) - 1);
+    const left = `still off by ${place.toFixed(1)} px, ${((turned * 180) / Math.PI).toFixed(1)} degrees and ${Math.abs(size).toFixed(1)} % in size`; // prettier-ignore
+    this.said.textContent = `Step ${this.taken} of ${STEPS}, ${start}: distance ${this.distances[this.taken].toFixed(3)}; ${left}.`; // prettier-ignore
     const share = this.home.filter((each) => each > FOUND).length / this.home.length;
     const about = {
       frame: `The frame with the truth, the ${start}, and the steps`,

@@ -12,11 +12,11 @@ const TURN = 60; // [deg]
 const EXTENT = 30; // [px] where no slider says it
 const SHOWN = [60, 30, 200, 180]; // of the frame: left, top, width, height [px]
 const SLICE = 12; // [ms] of work before the page may breathe
-const COLORS = ["#e49c00", "#1e7dc1"];
 const RED = "#cb1118";
 
 // Figure 3: one kernel and several, in one frame.
 const TWO_LAYOUTS = {
+  colors: ["#e49c00", "#1e7dc1"],
   async fields({ fields }) {
     const span = { ...fields.span, step: 0.01 };
     return { ...fields, span, extent: { ...fields.extent, step: 1 } };
@@ -39,6 +39,7 @@ const TWO_LAYOUTS = {
 
 // Figure 4: the object standing still, and crossing while the shutter is open.
 const TWO_FRAMES = {
+  colors: ["#888", "#b60269"],
   async fields({ fields }) {
     this.ground = await pixels((await load("workshop")).picture);
     const exposure = { ...fields.exposure, step: 0.01 };
@@ -232,9 +233,10 @@ class Surfaces {
     const { across, down } = axes(pen, box, limits);
     const ink = pen.fillStyle;
     this.cuts.forEach((cut, k) => {
+      const color = this.kind.colors[k];
       pen.beginPath();
       cut.forEach((d, row) => pen.lineTo(across((this.theta[row] * 180) / Math.PI), down(d)));
-      Object.assign(pen, { strokeStyle: COLORS[k], lineWidth: 2.5, fillStyle: COLORS[k] });
+      Object.assign(pen, { strokeStyle: color, lineWidth: 2.5, fillStyle: color });
       pen.setLineDash(k ? [] : [6, 4]);
       pen.stroke();
       pen.setLineDash([]);

@@ -1,6 +1,7 @@
 """Live figures in JupyterLab: the kernel's half."""
 
 import json
+from html import unescape
 
 import pytest
 
@@ -25,6 +26,18 @@ def panel():
 def test_what_has_a_fixed_value_is_drawn_by_the_kernel():
     assert isinstance(explore("teuliere2009.fig3"), LivePanel)
     assert isinstance(explore("teuliere2009.fig3", seed=0), Panel)
+
+
+def test_a_caption_says_where_things_are_in_the_page():
+    entry = FIGURES["teuliere2009.fig1"]
+    ours = "Our copy of the paper lacks the page with figure 1, so this one is ours."
+    assert entry.caption.startswith("Left, a rendered frame") and ours in entry.caption
+    assert "In the page" not in entry.caption + entry.live_caption
+    assert entry.live_caption.startswith("Above, a rendered frame")
+    assert entry.live_caption.endswith(ours) and "Left" not in entry.live_caption
+    assert unescape(explore(entry.name).caption).endswith(entry.live_caption)
+    same = FIGURES["own.beats"]
+    assert same.live_caption == same.caption
 
 
 @pytest.mark.parametrize("name", LIVE)

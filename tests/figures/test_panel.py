@@ -263,11 +263,10 @@ def test_a_grid_names_sliders():
         figure("toy.wrong", grid=("x", "y"), x=(0, 1, 1))(lambda fig, *, x=0, y=0: None)
 
 
-def test_a_picture_without_sliders_has_files_to_save_and_says_in_words_what_it_shows(
-    static,
-):
+def test_a_picture_without_sliders_has_files_to_save_and_a_caption(static):
     text = show("toy.line", slope=2)._repr_html_()
-    assert 'alt="A line. Drawn for tests, with &lt;angles&gt;."' in text
+    assert 'alt="A line. slope = 2, color = red, title = &lt;a &amp; b&gt;."' in text
+    assert "<b>A line.</b> Drawn for tests, with &lt;angles&gt;.</figcaption>" in text
     assert (
         'href="_static/figures/toy.line.pdf"' in text
         and 'href="_static/figures/toy.line.csv"' in text

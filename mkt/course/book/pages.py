@@ -70,6 +70,8 @@ EXTENSIONS = [
     "mkt.course.book.reference",
     "mkt.course.book.accessibility",
 ]
+# What a dot of the leaderboard stands for, by the column of its cases.
+CASES = {"seed": "seed, the mean over all kinds of scene", "source": "sequence"}
 SETTINGS = {
     "extensions": EXTENSIONS,
     # The reference
@@ -261,7 +263,7 @@ def _ranked(board: ranks.Board) -> dict[str, Any]:
         "extent": ranks.extent(board),
         "overall": ranks.overall(places),
         "dots": [(LABELS.get(place.name, place.name), place) for place in places],
-        "case": "scene" if board.case == "seed" else "sequence",
+        "case": CASES[board.case],
         "by_sequence": ranks.by_sequence(places),
         "refusals": ranks.refusals(board.rows),
     }

@@ -109,10 +109,18 @@ def complexity(
     Two readings of the search through the cumulative weights, for particles of random
     weight.  At the left a row for each draw, as long as there are particles that it is
     compared with; then comparisons and time for larger numbers of particles, where the
-    exponents are slopes of straight lines through the logarithms.  The paper counts N
-    searches of up to N steps each and concludes O(N^2).  But its Algorithm 1 never sets
-    i back to the start, so that all searches together take at most 2 N steps.  Times
-    are of plain Python loops on the machine that drew this, the best of three.
+    exponents are slopes of straight lines through the logarithms.  Times are of plain
+    Python loops on the machine that drew this, the best of three.
+
+    In the page: Two readings of the search through the cumulative weights, for
+    particles of random weight.  At the left a row for each draw, as long as there are
+    particles that it is compared with; at the right the comparisons for larger numbers
+    of particles, where the exponents are slopes of straight lines through the
+    logarithms.  Times are of this browser.
+
+    The paper counts N searches of up to N steps each and concludes O(N^2).  But its
+    Algorithm 1 never sets i back to the start, so that all searches together take at
+    most 2 N steps.
     """
     n = np.unique(np.geomspace(25, largest, SIZES).round().astype(int))
     costs = {label: _costs(anew, n, seed) for label, anew in READINGS.items()}

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from mkt.evaluation import HIT, LIMITS, overlaps, success, true_positives
 from mkt.figures.registry import Shown, figure, grid_columns, shown
 from mkt.papers import runs
+from mkt.papers.cordoba2014.printed import COLORS as DASHED
 from mkt.papers.cordoba2014.printed import NAMES, OVERALL, TABLE
 from mkt.plotting import CONTRAST, DASHES, TRUTH
 from mkt.plotting import TRACKERS as COLORS
@@ -20,9 +21,12 @@ from mkt.scenes.drawn import Drawn
 from mkt.trackers.by_name import LABELS, SLOW, TRACKERS
 from mkt.types import Array, ArrayLike, NDArray
 
-# Colours and dashes of the trackers that have no colour of their own in the plots.
-OTHERS = [(TRUTH, "-")]
-OTHERS += [(color, dash) for dash in DASHES[1:] for color in CONTRAST]
+# Colours and dashes: full lines for [T09]'s trackers and ours, dashed ones for those of
+# [C14], all in their colours of other plots; others have none of their own.
+OWN = {name: (color, "-") for name, color in COLORS.items()}
+OWN |= {"guided": (TRUTH, "-")}
+OWN |= {name: (color, "--") for name, color in DASHED.items()}
+OTHERS = [(color, dash) for dash in DASHES[2:] for color in CONTRAST]
 SCENES = ("look-alike", "occlusion")
 # Rows of truth in BoBoT; the first is where a tracker starts.
 LENGTHS = {"A": 602, "B": 629, "F": 453, "G": 716, "I": 1017}
@@ -111,12 +115,9 @@ def _draw_ranking(
 
 
 def styles(names: Sequence[str]) -> list[dict[str, Any]]:
-    """Colour and dashes of each tracker's line, arguments of ``Axes.plot``.
-
-    A full line in its colour of the plots where it has one.
-    """
+    """Colour and dashes of each tracker's line, arguments of ``Axes.plot``."""
     others = iter(OTHERS)
-    pairs = [(COLORS[name], "-") if name in COLORS else next(others) for name in names]
+    pairs = [OWN[name] if name in OWN else next(others) for name in names]
     return [{"color": color, "ls": dashes} for color, dashes in pairs]
 
 

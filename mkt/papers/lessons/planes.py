@@ -100,7 +100,7 @@ def _lowest(surface: Array) -> float:
 
 def _draw_maps(part: Any, frame: Frame, truth: Array, maps: dict[str, Array]) -> None:
     """The frame, and the maps of all layouts on one scale."""
-    margins = {"left": 0.01, "right": 0.985, "bottom": 0.17, "top": 0.9}
+    margins = {"left": 0.01, "right": 0.965, "bottom": 0.17, "top": 0.9}
     axes = part.subplots(1, 4, width_ratios=(1.35, 1, 1, 1), gridspec_kw=margins)
     show_frame(axes[0], frame)
     draw_outline(axes[0], truth)
@@ -109,7 +109,9 @@ def _draw_maps(part: Any, frame: Frame, truth: Array, maps: dict[str, Array]) ->
         draw_map(ax, TILTS, TILTS, surface, (0, highest), xlabel="tilt_x")
         ends = f"{surface.min():.2f} to {surface.max():.2f}"
         ax.set(title=f"{side}: {ends}", yticks=[])
-    axes[1].set(ylabel="tilt_y", yticks=[-0.4, 0, 0.4])
+    axes[1].set_yticks([-0.4, 0, 0.4])
+    axes[-1].set_ylabel("tilt_y")  # at the left it would lie on the frame
+    axes[-1].yaxis.set_label_position("right")
 
 
 def _draw_strengths(ax: Axes, strengths: dict[str, Array]) -> None:

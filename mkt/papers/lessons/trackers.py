@@ -75,9 +75,15 @@ def newton(
 
     Left, the true region (black), the start that the sliders displace (thick, orange),
     the steps between (thin) and where ten steps lead (green).  Right, the distance and
-    the remaining errors after every step.  The object is learnt in one rendered frame
-    and looked for in the next.  A single kernel cannot grow beyond the object, so above
-    a span of 1 it stays as it is.
+    the remaining errors after every step.
+
+    In the page: Above, the true region (black), the start (thick, orange), the steps
+    taken (thin) and where they lead (green), and beside it all starts: dark ones lead
+    home.  Below, the distance after every step, and O along the next one with the
+    parabola that the step takes it for.
+
+    The object is learnt in one rendered frame and looked for in the next.  A single
+    kernel cannot grow beyond the object, so above a span of 1 it stays as it is.
     """
     clip, bins = still("car", seed), ColorBins()
     learnt, image = (bins(frame) for frame in clip.frames)

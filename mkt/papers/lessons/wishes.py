@@ -279,7 +279,7 @@ def verdicts(name: str) -> pd.DataFrame:
     lines = [
         {
             "measured": line.part.text,
-            "claimed": line.condition,
+            "asked": line.condition,
             "here": as_text(line),
             "verdict": f"({line.verdict})" if line.part.ours else line.verdict,
         }

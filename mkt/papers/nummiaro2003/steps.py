@@ -346,7 +346,7 @@ def fig3(
     over the background, with the mean, the limit of (15) that is two spreads above it,
     and the coefficient at the true place while the student is in view.  The print waits
     for a head at doors and image borders, and promises 95 % of the background below the
-    limit; the title says what it is here.
+    limit; the figure says what it is here.
     """
     scene = students(0)
     clip = runs.clip(scene)
@@ -432,13 +432,13 @@ def fig5(fig: Figure, *, particles: int = 100, bins: str = "rgb 8x8x8") -> Shown
 
     Measured while the figure is drawn, on this machine, in CPU time; so it is never
     twice the same.  Synthetic data: the person and the car of figure 4, which cost
-    about the same.  In the middle against the number of samples,
-    for a whole frame and for the histograms of the samples alone.  At the right the
-    histograms of 100 ellipses of growing area: with a grid of points as fine as the
-    pixels, as a direct (3) would need, and with the fixed grid that the tracker uses,
-    whose cost does not depend on the size.  The slope in a doubly logarithmic plot is
-    the exponent.  The print has the times of its person and its car at 800 MHz, and
-    says that they depend on the size of the region; ours do not.
+    about the same where nothing else runs.  In the middle against the number of
+    samples, for a whole frame and for the histograms of the samples alone.  At the
+    right the histograms of 100 ellipses of growing area: with a grid of points as fine
+    as the pixels, as a direct (3) would need, and with the fixed grid that the tracker
+    uses, whose cost does not depend on the size.  The slope in a doubly logarithmic
+    plot is the exponent.  The print has the times of its person and its car at 800 MHz,
+    and says that they depend on the size of the region; ours do not.
     """
     tracker = Adaptive(n=particles, bins=BINS[bins])
     by_frame = {name: step_costs(tracker, name) for name in TARGETS}

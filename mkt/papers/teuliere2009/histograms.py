@@ -116,7 +116,14 @@ def fig1(
     Left, a rendered frame with the object's region; middle, the object pulled back into
     its own frame by the deformation f_x of equation (1), dimmed where the kernel gives
     no weight; right, its histogram, equation (2), each bar in the mean colour of its
-    bin.  Our copy of the paper lacks the page with figure 1, so this one is ours.
+    bin.
+
+    In the page: Above, a rendered frame with the object's region, and the object pulled
+    back into its own frame by the deformation f_x of equation (1), as bright as the
+    kernel weighs it; below, its histogram, equation (2), each bar in the mean colour of
+    its bin.
+
+    Our copy of the paper lacks the page with figure 1, so this one is ours.
     """
     clip = still(item)
     region, frame = clip.truth[0], clip.frames[0]
@@ -278,11 +285,16 @@ def fig3(
     """The distance over rotation and x location, for one kernel (a) and several (b).
 
     Above, the two surfaces over the same axes; below, their cut along rotation through
-    the true place.  The object is learnt in one rendered frame and looked for in the
-    next, which differs by its sensor noise.  One centred round kernel sees the same
-    histogram whatever the angle: its valley is flat, and only several kernels make a
-    pit.  A single kernel cannot grow beyond the object: above a span of 1 only (b)
-    changes.
+    the true place.
+
+    In the page: Above, the object in its frame, and the two surfaces over the same
+    axes, with a cross where its box is, which you can drag; below, their cut along
+    rotation there.
+
+    The object is learnt in one rendered frame and looked for in the next, which differs
+    by its sensor noise.  One centred round kernel sees the same histogram whatever the
+    angle: its valley is flat, and only several kernels make a pit.  A single kernel
+    cannot grow beyond the object: above a span of 1 only (b) changes.
     """
     x, theta, (one, several) = cost_surfaces(layout, span, bins, item, extent, seed)
     degrees = np.rad2deg(theta)
@@ -342,6 +354,13 @@ def fig4(
     the shutter is open: the frame is the mean of sub-frame renders over the exposure.
     Below, the distance to the still object over rotation and x location in either
     frame; the dotted lines meet at the truth, the cross is the lowest point.
+
+    In the page: Above, the object crossing while the shutter is open, the mean of
+    sub-frame renders over the exposure; beside it the distance to the still object over
+    rotation and x location, where it stands still and where it crosses, with a cross
+    where its box is, which you can drag; below, both along rotation there.  The page
+    draws noise of its own, so its numbers differ a little from those of the answers.
+
     Speed and exposure are ours; the paper prints one blurred frame.
     """
     sharp = still(item, seed)

@@ -136,10 +136,19 @@ def fig6(
     their sensor noise and random numbers, run 0 thick: it is the one in figure 7.
     Angles are drawn on the turn nearest the truth.  At the right, each run's median
     error before and after the occlusion: the median of the runs, the smallest and the
-    largest in brackets.  A run is lost when it misses the target in most of the last
-    ten frames.  The paper shows one run on one real sequence, and its filters come
-    through.  Here that depends on the path, and SSD finds a target again that comes out
-    where it went in: move the seed.
+    largest in brackets.
+
+    In the page: Synthetic data: a toy car, fast translation and rotation at a fixed
+    size, hidden totally in the grey frames, from frame 46 on; dashed is the frame that
+    is shown.  Black is the truth, which the print does not have; coloured are five runs
+    over the same path that differ in their sensor noise and random numbers, run 0
+    thick.  Angles are drawn on the turn nearest the truth.  The table has the median
+    over the runs of each run's median error before and after the occlusion.
+
+    A run is lost when it misses the target in most of the last ten frames.  The paper
+    shows one run on one real sequence, and its filters come through.  Here that depends
+    on the path, and SSD finds a target again that comes out where it went in: take
+    another seed.
     """
     clip, regions = _occluded_runs(particles, threshold, occlusion, seed)
     position, orientation, lost = before_and_after(regions, clip)
