@@ -32,7 +32,9 @@ LIVE_HASH = """async (figure, settled) => {
   const wait = (time) => new Promise((next) => setTimeout(next, time));
   const all = [...figure.querySelectorAll("canvas")];
   const look = () => all.map((each) => each.toDataURL());
-  const busy = () => figure.querySelector("[aria-busy=true]");
+  // A canvas that nobody has drawn on has the size that HTML gives it.
+  const blank = (each) => each.width === 300 && each.height === 150;
+  const busy = () => figure.querySelector("[aria-busy=true]") || all.some(blank);
   let [before, now] = [[], look()];
   while (settled && (`${before}` !== `${now}` || busy())) {
     await wait(300);

@@ -101,6 +101,7 @@ def test_a_slider_of_every_figure_changes_the_picture_and_changes_it_back(opened
         if not controls:
             continue
         control = controls[DAY % len(controls)]
+        figure.scroll_into_view_if_needed()  # or nobody may have drawn it yet
         before, position = control.picture(), control.position()
         control.step()
         if control.picture(other_than=before) == before:
