@@ -741,6 +741,18 @@ def test_every_formula_is_drawn():
     assert all(math_svg.svg(tex).startswith("<svg") for tex in formulas)
 
 
+def test_a_formula_that_was_drawn_is_known_to_the_next_program(
+    nothing_known, monkeypatch
+):
+    math_svg._drawn.cache_clear()
+    drawn = math_svg.svg(r"\rho_1")
+    math_svg._drawn.cache_clear()
+    monkeypatch.setattr(math_svg, "_draw", None)
+    assert math_svg.svg(r"\rho_1") == drawn
+    assert math_svg.svg(r"\rho_2").startswith("<code>")
+    math_svg._drawn.cache_clear()
+
+
 def test_a_path_is_told_in_fewer_letters_and_goes_the_same_way():
     path = "M 4.608 -12.69 L 5 -12 Q 0.5 1 -0.5 0.001 Z M 10 100 C 1 2 3 4 20 0.5 Z"
     shorter = "m4.61-12.69l.39 .69q-4.5 13-5.5 12zm5.39 112.69c-9-98-7-96 10-99.5z"

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from PIL import Image, ImageSequence
 
+from mkt.course.book import lighter
 from mkt.course.book.lighter import lighten
 
 
@@ -48,6 +49,20 @@ def test_films_and_pictures_become_files_and_drawings_smaller(tmp_path):
     assert (cv2.imread(str(drawing)) == lines).all()
     off = cv2.imread(str(photographed)).astype(float) - photograph
     assert np.abs(off).mean() < 6
+
+
+def test_a_drawing_that_was_made_smaller_is_known(tmp_path, monkeypatch):
+    monkeypatch.setenv("MKT_CACHE", str(tmp_path / "cache"))
+    made = []
+    for name in ("one", "two"):
+        (tmp_path / name / "_images").mkdir(parents=True)
+        picture = tmp_path / name / "_images" / "ab.png"
+        cv2.imwrite(str(picture), np.full((8, 8, 3), 200, np.uint8))
+        lighten(tmp_path / name)
+        (smaller,) = (tmp_path / name / "_images").iterdir()
+        made.append((smaller.name, smaller.read_bytes()))
+        monkeypatch.setattr(lighter, "_smallest", None)
+    assert made[0] == made[1]
 
 
 def test_a_moving_picture_stays_one_and_becomes_smaller(tmp_path):

@@ -6,6 +6,7 @@ They are drawn by ziamath, so that no page ever asks a network for MathJax.
 import html
 import re
 from functools import cache
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
@@ -15,6 +16,9 @@ from sphinx.util import logging
 from ziamath.config import config
 from ziamath.zmath import Latex
 
+from mkt.course.book.depends import PACKAGES
+from mkt.experiments.cache import Shelf, key
+
 config.svg2 = False  # no shared symbols, whose ids would clash on a page
 config.math.color = "currentColor"
 SIZE = 18  # [px]
@@ -22,6 +26,7 @@ SIZE = 18  # [px]
 TAKES = {"M": 2, "L": 2, "Q": 4, "C": 6, "Z": 0}
 FINE = 100
 WORDS = re.compile(r"[A-Z]|-?[\d.]+")
+FORMULAS = Shelf("formulas", ".svg", str.encode, bytes.decode)
 _log = logging.getLogger(__name__)
 
 
@@ -69,7 +74,18 @@ def svg(tex: str, node: Node | None = None, inline: bool = False) -> str:
 
 @cache
 def _drawn(tex: str, inline: bool) -> str:
-    """The <svg>; half of the book's formulas have been there before."""
+    """The <svg>; half of the book's formulas have been there before on its pages."""
+    known = key(tex, inline, *_surroundings())
+    return FORMULAS.kept(known, lambda: _draw(tex, inline))
+
+
+@cache
+def _surroundings() -> tuple[str, str]:
+    """What every drawing depends on."""
+    return Path(__file__).read_text("utf-8"), PACKAGES.read_text("utf-8")
+
+
+def _draw(tex: str, inline: bool) -> str:
     formula = Latex(tex, size=SIZE, inline=inline)
     drawing = formula.svgxml()
     drawing.attrib |= {"role": "img", "aria-label": tex, "class": "mkt-math"}
