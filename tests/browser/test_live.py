@@ -13,7 +13,7 @@ import pytest
 
 from mkt.colors import ColorBins
 from mkt.course.book import live, security
-from mkt.evaluation import overlap
+from mkt.evaluation import errors, overlap
 from mkt.figures.live import MODULES
 from mkt.figures.registry import FIGURES
 from mkt.histograms import histograms, learn
@@ -208,6 +208,12 @@ def test_newtons_steps_are_pythons(opened):
         words = f"Step {taken} of 10.*distance ([\\d.]+)"
         found = re.search(words, panel.inner_text())
         assert found and abs(float(found[1]) - distance) < 5e-3
+        off = errors(path[taken], clip.truth[1])
+        words = r"off by ([\d.]+) px, ([\d.]+) degrees and ([\d.]+) % in size"
+        told = [float(each) for each in re.search(words, panel.inner_text()).groups()]
+        size = 100 * abs(np.expm1(off.scale))
+        expected = [off.position, np.rad2deg(off.orientation), size]
+        assert np.allclose(told, expected, atol=0.6)
         panel.get_by_role("button", name="step", exact=True).click()
 
 

@@ -47,6 +47,7 @@ class _Sidebars:
             folder, make = page.rpartition("/")[0], context["toctree"]
 
             def listed(**options: Any) -> str:
+                """What `make` returned for the first page of this folder."""
                 if folder not in self._known:
                     self._known[folder] = make(**options)
                 return self._known[folder]
