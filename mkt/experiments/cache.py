@@ -23,6 +23,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -185,18 +186,47 @@ def identity(source: Any) -> str:
 def code_of(*things: Any) -> str | None:
     """A hash of the code that trackers, sources or modules can reach.
 
-    The versions of the packages that numbers depend on go into it too.  Returns None if
-    the code of one cannot be read, for example of a class that was written in a
-    notebook: its results cannot be kept.
+    Their parts are looked at too, see `homes`.  The versions of the packages that
+    numbers depend on go into it.  Returns None if the code of one cannot be read, for
+    example of a class that was written in a notebook: its results cannot be kept.
     """
-    files: list[Path] = []
-    for thing in things:
+    files = homes(*things)
+    return None if files is None else _hash(files)
+
+
+def homes(*things: Any) -> tuple[Path, ...] | None:
+    """The files of the classes of trackers or sources, and of modules.
+
+    The parts that a tracker is made of, its bins or its motion, may be of classes that
+    its own module does not import, so theirs count too.  Returns None if one has no
+    file.
+    """
+    files: set[Path] = set()
+    for thing in _parts(things):
         module = thing if inspect.ismodule(thing) else inspect.getmodule(type(thing))
         path = getattr(module, "__file__", None)
         if path is None:
             return None
-        files.append(Path(path))
-    return _hash(tuple(sorted(set(files))))
+        files.add(Path(path))
+    return tuple(sorted(files))
+
+
+def _parts(things: Iterable[Any]) -> Iterator[Any]:
+    """Things, and what has code of its own within them, however deep."""
+    for thing in things:
+        yield thing
+        for part in _parts(_inside(thing)):
+            if is_dataclass(type(part)) or callable(part):
+                yield part
+
+
+def _inside(thing: Any) -> Iterable[Any]:
+    """The fields of a dataclass, and what a tuple, a list or a dict holds."""
+    if is_dataclass(type(thing)):
+        return [getattr(thing, field.name) for field in fields(thing)]
+    if isinstance(thing, dict):
+        return thing.values()
+    return thing if isinstance(thing, tuple | list) else ()
 
 
 @functools.lru_cache(maxsize=256)

@@ -86,10 +86,7 @@ def loop_run(experiment: Experiment, until_lost: bool = False) -> Run:
     def make() -> dict[str, np.ndarray]:
         return close_loop(experiment, until_lost)._asdict()
 
-    tracker, gain = experiment.tracker, experiment.servo.gain
-    others = [tracker] if tracker else []
-    others += [gain] if callable(gain) else []
-    code = cache.code_of(loop, *others)
+    code = cache.code_of(loop, experiment)
     if code is None:
         return Run(**make())
     return Run(**LOOPS.kept(cache.key(experiment, until_lost, code), make))

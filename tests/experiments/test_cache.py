@@ -12,12 +12,20 @@ import numpy as np
 import pytest
 
 from mkt import evaluation, plotting
+from mkt.autoregression import AutoRegression
+from mkt.colors import Joined
+from mkt.edges import EdgeBins
 from mkt.experiments import cache
 from mkt.experiments.cache import Shelf
 from mkt.files import PACKAGE, ROOT
+from mkt.neighbours import SoftBins
+from mkt.scenes import SCENES
 from mkt.scenes.drawn import Drawn
 from mkt.sequences.carphone import Carphone
+from mkt.trackers.by_name import TRACKERS
 from mkt.trackers.combined import Combined
+from mkt.trackers.particle_filter import ParticleFilter
+from mkt.trackers.scaled import Scaled
 from mkt.trackers.ssd import SSD
 
 TEXT = Shelf("text", ".json", cache.as_json, json.loads)
@@ -166,3 +174,36 @@ def test_what_was_written_in_a_notebook_is_not_kept():
     assert cache.code_of(space["Mine"]()) is None
     assert cache.code_of(SSD(), Carphone(), evaluation) is not None
     assert cache.code_of(SSD()) != cache.code_of(Combined(), plotting)
+
+
+@pytest.mark.parametrize(
+    "whole, part",
+    [
+        (ParticleFilter(bins=SoftBins()), "neighbours.py"),
+        (
+            ParticleFilter(motion=AutoRegression(*[(0.1, 0.1, 0.1)] * 3)),
+            "autoregression.py",
+        ),
+        (Scaled(SSD(), 0.5), "trackers/ssd.py"),
+        (Scaled(ParticleFilter(bins=Joined((EdgeBins(),), (1.0,))), 0.5), "edges.py"),
+    ],
+)
+def test_a_run_depends_on_the_parts_that_its_tracker_is_made_of(whole, part):
+    assert PACKAGE / part in cache.reachable(cache.homes(whole))
+
+
+def test_a_tracker_with_a_part_from_a_notebook_is_not_kept():
+    space = {"__name__": "nowhere", "dataclass": dataclass}
+    exec("@dataclass(frozen=True)\nclass Mine:\n    m: int = 1", space)
+    assert cache.code_of(ParticleFilter(bins=space["Mine"]())) is None
+    assert cache.code_of(Scaled(ParticleFilter(bins=space["Mine"]()), 0.5)) is None
+
+
+@pytest.mark.parametrize("name", TRACKERS)
+def test_runs_of_every_tracker_are_kept(name):
+    assert cache.code_of(TRACKERS[name]) is not None
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_runs_on_every_scene_are_kept(name):
+    assert cache.code_of(SCENES[name](500)) is not None
