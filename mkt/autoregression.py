@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mkt.particles import Particles
+from mkt.regions import size
 from mkt.types import Array, ArrayLike, Regions, Rng
 
 SAME = 0, 0, 1, 2  # x and y, which no axis of an image tells apart, share their numbers
@@ -55,7 +56,7 @@ class AutoRegression:
         regions, changes = particles
         noise = np.take(self.sigma, SAME) * rng.standard_normal(changes.shape)
         changes = np.take(self.phi, SAME) * changes + noise
-        unit = np.sqrt(regions[:, 3] * regions[:, 4])[:, None]
+        unit = size(regions)[:, None]
         centres = regions[:, :2] + changes[:, :2] * unit
         angles = regions[:, 2] + changes[:, 2]
         sides = regions[:, 3:] * np.exp(changes[:, 3:])
@@ -69,10 +70,10 @@ def changes(regions: Regions) -> Array:
     -------
     (T - 1, 4) array
     """
-    size = np.log(regions[:, 3] * regions[:, 4]) / 2
-    steps = np.diff(regions[:, :2], axis=0) / np.exp(size[:-1, None])
+    units = size(regions)
+    steps = np.diff(regions[:, :2], axis=0) / units[:-1, None]
     turns = np.diff(np.unwrap(regions[:, 2]))
-    return np.column_stack([steps, turns, np.diff(size)])
+    return np.column_stack([steps, turns, np.diff(np.log(units))])
 
 
 def learnt(tracks: Iterable[Regions], loosen: float = 1.0) -> AutoRegression:

@@ -112,6 +112,11 @@ class Bins(Protocol):
         ...
 
 
+def label_type(m: int) -> type:
+    """Of the labels of m bins, and of one more number for what lies outside."""
+    return np.uint8 if m < 256 else np.uint16
+
+
 @dataclass(frozen=True)
 class ColorBins:
     """The bin map b(l) of a colour.
@@ -162,6 +167,10 @@ class ColorBins:
                 f"counts is {self.counts}; {self.space} takes {needed} numbers "
                 "from 1 to 64"
             )
+        if len(self.shift) != 3 or not np.isfinite(self.shift).all():
+            raise ValueError(
+                f"shift is {self.shift}; give three finite numbers, in bins"
+            )
         if self.m > MOST_BINS:
             raise ValueError(
                 f"counts is {self.counts}, which makes {self.m} bins; "
@@ -186,14 +195,6 @@ class ColorBins:
         return prod(self._counts)
 
     @cached_property
-    def dtype(self) -> type:
-        """Type of the labels.
-
-        It must hold one number more than there are bins, for what lies outside.
-        """
-        return np.uint8 if self.m < 256 else np.uint16
-
-    @cached_property
     def _tables(self) -> list[NDArray]:
         """A look-up table (256,) for each channel: their entries add up to the bin."""
         ranges = (256, 256, 256) if self.space == "rgb" else (HUES, 256, 256)
@@ -211,7 +212,7 @@ class ColorBins:
         else:
             strides = np.cumprod([1, *self._counts[:0:-1]])[::-1]
             tables = [s * stride for s, stride in zip(steps, strides, strict=True)]
-        return [table.astype(self.dtype) for table in tables]
+        return [table.astype(label_type(self.m)) for table in tables]
 
     def __call__(self, frame: Frame) -> BinImage:
         """The bins of a frame.
@@ -251,9 +252,21 @@ class JointHSV:
     ----------
     counts : tuple of int
         Bins of hue, saturation and value.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
     """
 
     counts: tuple[int, int, int] = (8, 8, 4)
+
+    def __post_init__(self):
+        if len(self.counts) != 3 or not all(1 <= c <= 64 for c in self.counts):
+            raise ValueError(
+                f"counts is {self.counts}; hue, saturation and value take 3 numbers "
+                "from 1 to 64"
+            )
 
     @cached_property
     def _bins(self) -> ColorBins:
@@ -321,11 +334,22 @@ class Joined:
         return np.repeat(shares, [part.m for part in self.parts]).astype(np.float32)
 
     def __call__(self, frame: Frame) -> BinImage:
-        """The bins of a frame (H, W, 3) uint8 RGB; ValueError for anything else."""
-        dtype = np.uint8 if self.m < 256 else np.uint16
+        """The bins of a frame (H, W, 3) uint8 RGB.
+
+        Raises
+        ------
+        ValueError
+            For any other frame, and for a part with several layers or shares.
+        """
+        dtype = label_type(self.m)
         layers, compasses, first = [], [], 0
         for part in self.parts:
             image = part(frame)
+            if image.others or image.shares is not None:
+                raise ValueError(
+                    f"{part} has several bins for a pixel, which cannot be joined; "
+                    "take parts of one bin for each"
+                )
             labels = image.labels.astype(dtype, copy=False)
             layers.append(labels + dtype(first) if first else labels)
             compasses += [(first + start, n) for start, n in image.compasses]

@@ -33,6 +33,20 @@ BURN_IN = 10  # frames after a start that are too easy for the accuracy, as in V
 TURNED = 45.0  # [deg] beyond this the orientation is not the target's
 SHRUNK = 0.5  # share of the true area below which a region has shrunk
 SNAP, FAR = 1e-9, 1e9  # px
+JUDGED = (  # of `evaluate`
+    "overlap",
+    "hits",
+    "hits_of_all",
+    "area",
+    "position",
+    "orientation",
+    "scale",
+    "shrunk",
+    "lost",
+    "failed",
+    "silent",
+    "false_alarms",
+)
 LAST = 10  # frames that say whether a target was lost in the end
 
 
@@ -191,8 +205,11 @@ def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
         silent, false_alarms : the share of the misses in which the tracker did not say
         "lost", and the share of the hits in which it did; NaN without misses or without
         hits.
+        All are NaN where no frame was scored.
     """
     every, scored = overlaps(track.regions, clip), scored_frames(clip)
+    if not scored.any():
+        return dict.fromkeys(JUDGED, np.nan)
     iou = every[scored]
     off = errors(track.regions[scored], clip.truth[scored])
     degrees = np.rad2deg(off.orientation)
@@ -239,7 +256,12 @@ def restarted(tracker: Tracker, clip: Sequence, seed: int = 0) -> Restarted:
     """Run a tracker as VOT does: after a failure it is started again on the truth.
 
     It has failed where it misses a visible target altogether; it is started five frames
-    later, or as soon after as the target is seen.
+    later, or as soon after as the target is seen and the tracker takes it.
+
+    Raises
+    ------
+    ValueError
+        Where the tracker refuses its first start.
     """
     rng = np.random.default_rng(seed)
     seen = clip.visibility > SEEN
@@ -254,7 +276,12 @@ def restarted(tracker: Tracker, clip: Sequence, seed: int = 0) -> Restarted:
                 state, ready = None, k + PAUSE
                 run.failures.append(k)
         elif k >= ready and seen[k]:
-            state = tracker.init(frame, clip.truth[k], rng)
+            try:
+                state = tracker.init(frame, clip.truth[k], rng)
+            except ValueError:  # such as a target that is half outside the image
+                if not run.starts:
+                    raise
+                continue
             run.starts.append(k)
     return run
 

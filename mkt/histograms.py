@@ -250,7 +250,7 @@ def _matrices(image: BinImage, places: Array) -> NDArray:
     rows /= image.pitch
     near = np.abs(matrices) < FAR
     if not near.all():
-        matrices[~near] = -1e6
+        matrices[~near.all((1, 2))] = -1e6
     return matrices.astype(np.float32)
 
 

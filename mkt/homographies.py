@@ -21,7 +21,7 @@ Explained in notebook 16.
 
 import numpy as np
 
-from mkt.regions import THETA, as_regions, warp_matrices
+from mkt.regions import SQUARE, THETA, as_regions, warp_matrices
 from mkt.types import Array, ArrayLike
 
 PARAMETERS = (
@@ -47,7 +47,6 @@ GENERATORS = np.array(
         [[0, 0, 0], [0, 0, 0], [0, 1, 0]],
     ]
 )
-SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 HORIZON = 1e-6  # w of a point at the horizon, or behind the viewer
 SERIES, HALVINGS = 8, 4  # of the exponential: its error is below 1e-13 for |A| <= 2
 

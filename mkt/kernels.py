@@ -82,7 +82,10 @@ class Kernels:
 
     def __post_init__(self):
         checks.one_of(self, layout=LAYOUTS, profile=PROFILES)
-        checks.positive(self, "span", "samples")
+        checks.positive(self, "span")
+        checks.counts(self, "samples")
+        if self.layout == "axes" and self.span != 1:
+            raise ValueError(f"span is {self.span:g}; the kernels of axes take 1")
         if self.aspect is not None:
             checks.positive(self, "aspect")
 
@@ -216,11 +219,8 @@ class Kernels:
         """(J,) sums of k over the samples: 1 / C_j of (7), (8) in [T09]."""
         return self._grid[2]
 
-    @cached_property
-    def slopes(self) -> Array:
-        """(2, J, n) derivatives of the weights along x and y of the object plane.
-
-        The normaliser C is held fixed: -2 C (p - c_j) / h^2 on the support.
+    def check_slopes(self) -> None:
+        """Refuse to be differentiated where that is not possible.
 
         Raises
         ------
@@ -232,6 +232,19 @@ class Kernels:
                 f"{self.layout} {self.profile} kernels have no slope; "
                 "use Epanechnikov ones"
             )
+
+    @cached_property
+    def slopes(self) -> Array:
+        """(2, J, n) derivatives of the weights along x and y of the object plane.
+
+        The normaliser C is held fixed: -2 C (p - c_j) / h^2 on the support.
+
+        Raises
+        ------
+        ValueError
+            See `check_slopes`.
+        """
+        self.check_slopes()
         plane = self.points * self.half_sides
         raw = self.weigh(plane)
         slope = -2 * (plane - self.centres[:, None]) / self.radii**2

@@ -14,6 +14,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from mkt.regions import size, wrap_angle
 from mkt.types import Array, ArrayLike, NDArray, Region, Regions, Rng
 
 
@@ -85,7 +86,7 @@ class Motion:
         """Every particle one frame later."""
         regions, velocities = particles
         n = len(regions)
-        unit = np.sqrt(regions[:, 3] * regions[:, 4])[:, None]
+        unit = size(regions)[:, None]
         kicks = self.velocity * unit * rng.standard_normal((n, 2))
         velocities = self.damping * velocities + kicks
         walk = self.position * unit * rng.standard_normal((n, 2))
@@ -243,7 +244,7 @@ def covariance(regions: Regions, weights: Array, mean: Region) -> Array:
         In the units of a region.
     """
     off = regions - mean
-    off[:, 2] = (off[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    off[:, 2] = wrap_angle(off[:, 2])
     return (weights * off.T) @ off
 
 
@@ -315,7 +316,7 @@ def whole_and_rest(weights: ArrayLike) -> tuple[NDArray, Array]:
         N w_i - floor(N w_i).
     """
     weights = _distribution(weights)
-    expected = len(weights) * weights
+    expected = len(weights) * weights / weights.sum()
     certain = np.floor(expected + 1e-9).astype(int)
     return certain, np.maximum(expected - certain, 0)
 

@@ -304,8 +304,9 @@ def draw_map(
     low, high = levels or (z.min(), z.max())
     shown = {"cmap": SURFACE, "vmin": low, "vmax": high, "shading": "nearest"}
     mesh = ax.pcolormesh(x, y, z, **shown)
-    heights = np.linspace(low, high, 8)[1:]
-    ax.contour(x, y, z, heights, colors="white", linewidths=0.5, alpha=0.6)
+    if low < high:
+        heights = np.linspace(low, high, 8)[1:]
+        ax.contour(x, y, z, heights, colors="white", linewidths=0.5, alpha=0.6)
     row, column = np.unravel_index(np.argmin(z), z.shape)
     ax.plot(x[column], y[row], "x", color="white", ms=9, mew=2.5)
     ax.set(**labels)

@@ -21,7 +21,7 @@ import numpy as np
 from mkt.types import Array, ArrayLike, Regions
 
 CX, CY, THETA, HX, HY = range(5)
-_CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 def as_regions(regions: ArrayLike) -> Regions:
@@ -139,7 +139,7 @@ def corners(regions: ArrayLike) -> Array:
     -------
     (..., 4, 2) array [px]
     """
-    return warp(regions, _CORNERS)
+    return warp(regions, SQUARE)
 
 
 def area(regions: ArrayLike) -> Array:

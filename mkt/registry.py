@@ -30,6 +30,10 @@ class Registry(Mapping):
         they were registered.
     """
 
+    # Whether a module was stopped half-way, by an error or Ctrl-C: imported once more,
+    # it registers again what it had registered, and in any registry.
+    _stopped = False
+
     def __init__(
         self,
         kind: str,
@@ -41,7 +45,7 @@ class Registry(Mapping):
 
     def add(self, name: str, entry: Any) -> None:
         """Register an entry.  Raises ValueError when the name is taken."""
-        if name in self._entries:
+        if name in self._entries and not Registry._stopped:
             raise ValueError(f"{self.kind} {name}: registered twice")
         self._entries[name] = entry
 
@@ -77,6 +81,7 @@ class Registry(Mapping):
                 import_all(package)
             except BaseException:
                 self._package = package  # not all were imported
+                Registry._stopped = True
                 raise
 
 

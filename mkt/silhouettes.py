@@ -58,6 +58,12 @@ class Silhouette(Kernels):
         column, row = np.clip(places.astype(int), 0, SIDE - 1).T
         return super().weigh(plane) * np.maximum(image[row, column], BORDER)
 
+    def check_slopes(self) -> None:
+        """Refuse to give slopes: a mask has none."""
+        raise ValueError(
+            "kernels times a silhouette have no slope; use plain Epanechnikov ones"
+        )
+
 
 def as_bytes(mask: ArrayLike) -> bytes:
     """A mask (SIDE, SIDE) in [0, 1] as a `Silhouette` keeps it."""

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from mkt.checks import finite
+from mkt.checks import checked_region, finite
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions, Rng
 
 LARGE = ("particles", "weights", "model")  # entries of an info that are kept on request
@@ -171,7 +171,7 @@ def follow(
     ValueError
         When there is no region to start on, and whatever the tracker refuses.
     """
-    first = clip.truth[0] if start is None else np.asarray(start, float)
+    first = clip.truth[0] if start is None else checked_region(start)
     if not np.all(np.isfinite(first)):
         raise ValueError(
             f"{clip.name}: the first frame has no true region; "

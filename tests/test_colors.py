@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mkt.checks import LONGEST
-from mkt.colors import BinImage, ColorBins, JointHSV
+from mkt.colors import BinImage, ColorBins, JointHSV, label_type
 
 BINS = [
     ColorBins(),
@@ -32,7 +32,7 @@ def test_bins_cover_their_range_and_nothing_else(bins):
     # Ten steps of saturation, of which the first is all grey.
     lowest = 1 if bins == ColorBins() else 0
     assert labels.min() == lowest and labels.max() == bins.m - 1
-    assert labels.dtype == bins.dtype
+    assert labels.dtype == label_type(bins.m)
 
 
 def test_grey_and_dark_pixels_go_to_value_bins():
@@ -124,11 +124,19 @@ def test_wrong_frames_are_refused(frame):
         {"space": "rgb", "counts": (64, 64, 64)},
         {"s_min": 1.5},
         {"v_min": -0.1},
+        {"shift": (0, 0)},
+        {"shift": (np.nan, 0, 0)},
     ],
 )
 def test_bad_bins_are_named(arguments):
     with pytest.raises(ValueError, match=list(arguments)[-1]):
         ColorBins(**arguments)
+
+
+@pytest.mark.parametrize("counts", [(8, 8), (8, 8, 0)])
+def test_bad_joint_bins_are_named(counts):
+    with pytest.raises(ValueError, match="counts is .* hue, saturation and value"):
+        JointHSV(counts)
 
 
 def test_the_limits_of_colour_themselves_count_as_grey_and_dark():

@@ -17,6 +17,7 @@ from mkt.histograms import (
     turned_once,
 )
 from mkt.kernels import Kernels
+from mkt.neighbours import SoftBins
 from mkt.particles import Motion
 from mkt.regions import displaced
 from mkt.scenes.rendering import Layer, Scene
@@ -207,6 +208,13 @@ def test_every_tracker_takes_several_bin_images(tracker):
 def test_what_makes_no_sense_is_refused(wrong, said):
     with pytest.raises(ValueError, match=said):
         wrong()
+
+
+@pytest.mark.parametrize("part", [SoftBins(), Joined((EdgeBins(),), (1.0,))])
+def test_what_has_several_bins_for_a_pixel_cannot_be_joined(part):
+    """Their further bins would be lost without a word."""
+    with pytest.raises(ValueError, match=f"{type(part).__name__}.*cannot be joined"):
+        Joined((part, EdgeBins()), (1.0, 1.0))(FRAME)
 
 
 def test_three_kinds_of_bins_lie_one_behind_the_other():

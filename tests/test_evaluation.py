@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from mkt.evaluation import (
     HIT,
+    JUDGED,
     accuracy,
     errors,
     evaluate,
@@ -288,6 +289,32 @@ def test_where_one_frame_is_seen_it_decides_and_where_none_is_nothing_does():
     iou = np.array([[np.nan, 0.9, np.nan], [np.nan, 0.1, np.nan], [np.nan] * 3])
     assert true_positives(iou).tolist()[:2] == [1, 0]
     assert np.isnan(true_positives(iou)[2])
+
+
+def test_where_no_frame_is_scored_no_number_is_known():
+    truth = from_box(np.tile([100.0, 100, 20, 20], (5, 1)))
+    numbers = evaluate(tracked(truth), seen(truth, hidden=range(5)))
+    assert tuple(numbers) == JUDGED and np.isnan(list(numbers.values())).all()
+    judged = evaluate(tracked(truth), seen(truth))
+    assert tuple(judged) == JUDGED and judged["overlap"] == 1
+
+
+class Choosy(Drifting):
+    """Takes no target to the left of x = 50."""
+
+    def init(self, frame, region, rng):
+        if region[0] < 50:
+            raise ValueError("outside the image")
+        return super().init(frame, region, rng)
+
+
+def test_a_start_that_is_refused_is_tried_again_in_the_next_frame():
+    x = np.where((15 <= np.arange(40)) & (np.arange(40) < 22), 20.0, 100.0)
+    truth = from_box(np.column_stack([x, np.full(40, 100.0), np.full((40, 2), 20.0)]))
+    run = restarted(Choosy((2.0, 0.0)), seen(truth))
+    assert run.failures[0] == 10 and run.starts[:2] == [0, 22]
+    with pytest.raises(ValueError, match="outside"):
+        restarted(Choosy((2.0, 0.0)), seen(truth[15:]))
 
 
 @pytest.mark.slow

@@ -115,12 +115,19 @@ def test_moving_image_and_region_together_changes_nothing(frame, dx, dy, theta):
 
 
 def test_parts_outside_the_image_have_coefficient_zero():
-    kernels = Kernels("tiles", "uniform", aspect=1.0)
+    # An odd number of columns, so that some samples have x = 0.
+    kernels = Kernels("tiles", "uniform", aspect=1.0, samples=33**2)
     image = BinImage(np.zeros((48, 64), np.uint8), ColorBins().m)
     half_outside = histograms(image, kernels, [0.0, 24.0, 0.0, 30.0, 30.0])
     rho = coefficient(half_outside, histograms(image, kernels, [32, 24, 0, 9, 9]))
     assert np.allclose(rho.reshape(3, 3), [[0, 1, 1]] * 3)
-    for lost in ([1e9, 0, 0, 9, 9], [np.nan] * 5, [np.inf, 0, 0, 9, 9]):
+    for lost in (
+        [1e9, 0, 0, 9, 9],
+        [np.nan] * 5,
+        [np.inf, 0, 0, 9, 9],
+        [30, 20, 0, np.nan, 9],
+        [30, 20, 0.3, 9, np.inf],
+    ):
         assert (histograms(image, kernels, lost) == 0).all()
 
 

@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from mkt.kernels import LAYOUTS, PROFILES, Kernels
 
 configurations = st.builds(
-    Kernels,
+    lambda layout, span, **fields: Kernels(
+        layout, span=1.0 if layout == "axes" else span, **fields
+    ),
     layout=st.sampled_from(LAYOUTS),
     profile=st.sampled_from(PROFILES),
     span=st.floats(0.5, 1.5),
@@ -135,11 +137,17 @@ def test_samples_are_interleaved():
         ("span", 0.0),
         ("aspect", np.nan),
         ("samples", -1),
+        ("samples", 0.4),
     ],
 )
 def test_bad_fields_are_named(field, value):
     with pytest.raises(ValueError, match=field):
         Kernels(**{field: value})
+
+
+def test_the_kernels_of_axes_have_no_span():
+    with pytest.raises(ValueError, match="span is 3"):
+        Kernels("axes", span=3.0)
 
 
 @pytest.mark.filterwarnings("error")

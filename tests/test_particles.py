@@ -106,6 +106,17 @@ def test_nothing_is_drawn_from_what_is_no_distribution(bad):
             scheme(bad, np.random.default_rng(0))
 
 
+@pytest.mark.parametrize("name", SCHEMES)
+@pytest.mark.parametrize("w", [[1, 1, 1], [2, 0.5, 0.5], [0.1, 0.2, 0.1]])
+def test_the_sum_of_the_weights_does_not_matter(name, w):
+    """Up to where rounding tells: no position falls on a border."""
+    draws = [
+        SCHEMES[name](weights, np.random.default_rng(3))
+        for weights in (w, np.divide(w, np.sum(w)))
+    ]
+    assert draws[0].tolist() == draws[1].tolist() and len(draws[0]) == len(w)
+
+
 @given(weights, st.floats(0, 1.5), st.sampled_from(sorted(SCHEMES)), seeds)
 def test_resampling_happens_where_too_few_particles_count(w, share, name, seed):
     n = len(w)

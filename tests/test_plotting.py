@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from mkt.colors import ColorBins
-from mkt.plotting import draw_histogram
+from mkt.plotting import draw_histogram, draw_map
 
 
 def test_a_histogram_may_be_a_list():
@@ -20,3 +20,8 @@ def test_a_histogram_may_be_a_list():
         heights.append([path.get_extents().height for path in bars.get_paths()])
         plt.close(fig)
     assert heights[0] == heights[1] == [0.25, 0.75]
+
+
+def test_a_flat_surface_has_a_map_without_contours():
+    _, ax = plt.subplots()
+    draw_map(ax, np.arange(3.0), np.arange(2.0), np.full((2, 3), 0.5))

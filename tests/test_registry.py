@@ -75,6 +75,27 @@ def test_modules_are_imported_when_somebody_asks_and_not_before(tmp_path, monkey
     import_all("shelf")  # once more is harmless
 
 
+def test_a_discovery_that_was_stopped_can_be_taken_up_again(tmp_path, monkeypatch):
+    package = tmp_path / "drawer"
+    package.mkdir()
+    (package / "__init__.py").write_text(
+        "from mkt.registry import Registry\nthings = Registry('thing', 'drawer')\n"
+    )
+    (package / "one.py").write_text(
+        "import drawer\ndrawer.things.add('a', 1)\n"
+        "if not hasattr(drawer, 'stopped'):\n"
+        "    drawer.stopped = True\n    raise KeyboardInterrupt\n"
+        "drawer.things.add('b', 2)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(Registry, "_stopped", False)
+    import drawer
+
+    with pytest.raises(KeyboardInterrupt):
+        set(drawer.things)
+    assert dict(drawer.things) == {"a": 1, "b": 2}
+
+
 def test_natural_order_is_that_of_people():
     names = ["fig10", "a.fig2", "fig2", "10", "fig2b", "9"]
     assert sorted(names, key=natural) == ["9", "10", "a.fig2", "fig2", "fig2b", "fig10"]

@@ -19,6 +19,7 @@ from mkt.silhouettes import (
     grabbed,
     patch,
 )
+from mkt.trackers.ssd import SSD
 
 BOX = {"layout": "one", "profile": "uniform", "span": 1.5, "elliptic": True}
 
@@ -104,6 +105,14 @@ def test_a_silhouette_counts_only_what_the_mask_shows():
     whole = Silhouette(**BOX).fitted([0, 0, 0, 20, 10])
     plain = Kernels(**BOX).fitted([0, 0, 0, 20, 10])
     assert np.allclose(whole.weights, plain.weights)
+
+
+def test_a_silhouette_has_no_slope():
+    shown = Silhouette("3x3").fitted([0, 0, 0, 20, 10])
+    with pytest.raises(ValueError, match="silhouette have no slope"):
+        _ = shown.slopes
+    with pytest.raises(ValueError, match="silhouette have no slope"):
+        SSD(Silhouette("3x3"))
 
 
 def test_a_mask_of_another_size_is_refused():

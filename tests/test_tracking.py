@@ -135,3 +135,8 @@ def test_follow_looks_at_a_frame_when_it_is_asked_for():
 def test_an_estimate_that_is_not_finite_ends_the_run():
     with pytest.raises(ValueError, match="the estimate .* is not finite"):
         report(np.full(5, np.nan), 0.0, False, 1)
+
+
+def test_a_start_that_is_no_region_is_told():
+    with pytest.raises(ValueError, match="not finite; give five numbers"):
+        track(Walking(), clip(), start=(np.nan, 1, 0, 5, 5))

@@ -77,7 +77,7 @@ class Shelf:
     write : callable
         A result -> bytes.
     read : callable
-        Bytes -> the result; whatever error it raises means that there is none.
+        Bytes -> the result.  It is shown only what `write` has made.
     """
 
     def __init__(
@@ -100,9 +100,10 @@ class Shelf:
         place = self.place(key)
         try:
             content = place.read_bytes()
-            os.utime(place)  # it has been used
         except OSError:
             return None
+        with suppress(OSError):  # of another user's file
+            os.utime(place)  # it has been used
         seal, data = content[:SEAL], content[SEAL:]
         return self._read(data) if seal == _seal(key, data) else None
 
@@ -195,7 +196,7 @@ def code_of(*things: Any) -> str | None:
 
 
 def homes(*things: Any) -> tuple[Path, ...] | None:
-    """The files of the classes of trackers or sources, and of modules.
+    """The files of modules, and of the classes of trackers or sources.
 
     The parts that a tracker is made of, its bins or its motion, may be of classes that
     its own module does not import, so theirs count too.  Returns None if one has no
@@ -203,7 +204,8 @@ def homes(*things: Any) -> tuple[Path, ...] | None:
     """
     files: set[Path] = set()
     for thing in _parts(things):
-        module = thing if inspect.ismodule(thing) else inspect.getmodule(type(thing))
+        named = hasattr(thing, "__name__")  # a module, a function or a class
+        module = inspect.getmodule(thing if named else type(thing))
         path = getattr(module, "__file__", None)
         if path is None:
             return None
@@ -268,10 +270,13 @@ def _is_text(node: ast.AST) -> bool:
     )
 
 
-def reachable(files: Iterable[Path]) -> list[Path]:
+def reachable(
+    files: Iterable[Path], following: Callable[[Path], list[Path]] | None = None
+) -> list[Path]:
     """The files of the package that some files can reach by imports, themselves too.
 
-    What a `mkt.registry.Registry` finds in a package is reached from where it is made.
+    What follows from a file is what it has `imported`, unless told otherwise.  What a
+    `mkt.registry.Registry` finds in a package is reached from where it is made.
     """
     found: set[Path] = set()
     waiting = list(files)
@@ -279,7 +284,7 @@ def reachable(files: Iterable[Path]) -> list[Path]:
         path = waiting.pop()
         if path not in found:
             found.add(path)
-            waiting += imported(path)
+            waiting += (following or imported)(path)
     return sorted(found)
 
 

@@ -128,14 +128,7 @@ def reachable(files: Iterable[Path]) -> set[Path]:
     first ones.  Only a first file that makes such a registry reaches all of them.
     """
     first = list(files)
-    waiting = list(first)
-    found: set[Path] = set()
-    while waiting:
-        path = waiting.pop()
-        if path not in found:
-            found.add(path)
-            waiting += _next(path, path in first)
-    return found
+    return set(cache.reachable(first, lambda path: _next(path, path in first)))
 
 
 def _next(path: Path, first: bool) -> list[Path]:
@@ -215,10 +208,16 @@ def claimed(names: Iterable[str] = ()) -> list[Measured]:
     Raises
     ------
     ValueError
-        For an unknown name; DataError where the table cannot be read.
+        For an unknown name; DataError where the table cannot be read or lacks it.
     """
     wanted = [CLAIMS[name].name for name in list(names) or CLAIMS]
     known = {one.claim.name: one for one in read_claims()[0]}
+    if missing := [name for name in wanted if name not in known]:
+        raise DataError(
+            CLAIMED,
+            f"has no runs of {missing[0]}",
+            f"make it again with {COMMANDS[CLAIMED]}",
+        )
     return [known[name] for name in wanted]
 
 

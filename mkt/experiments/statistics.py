@@ -12,8 +12,8 @@ run, and runs are independent of each other:
   interval of Agresti and Min (2005), which adds half a run to each of the four cells;
   McNemar's exact test.
 
-A bootstrap of eight runs covers 90 %, not 95, and for eight runs that are all alike it
-gives an interval of no width: that is why there is none here.  The tests simulate how
+A bootstrap of eight runs covers 90 %, not 95, and where eight runs of eight succeeded
+it says 100 % for certain: that is why there is none here.  The tests simulate how
 much the intervals here cover.
 
 Explained in notebook 14.
@@ -87,6 +87,8 @@ def _mean_ends(values: Array, level: float) -> tuple[float, float]:
 
 
 def _t_test(values: Array, bound: float, side: str) -> float:
+    if len(values) < 2:
+        return 1.0
     if np.ptp(values) == 0:
         beyond = values[0] > bound if side == "greater" else values[0] < bound
         return 0.0 if beyond else 1.0

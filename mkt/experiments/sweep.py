@@ -31,29 +31,14 @@ from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from mkt import evaluation
-from mkt.evaluation import evaluate
+from mkt.evaluation import JUDGED, evaluate
 from mkt.experiments import cache
 from mkt.experiments.timing import Clocked, one_thread
 from mkt.files import whole
 from mkt.tracking import Source, Track, Tracker, follow, track
 
 EFFORT = "evaluations", "steps"  # NaN for a tracker that does not report it
-NUMBERS = (
-    "overlap",
-    "hits",
-    "hits_of_all",
-    "area",
-    "position",
-    "orientation",
-    "scale",
-    "shrunk",
-    "lost",
-    "failed",
-    "silent",
-    "false_alarms",
-    "cpu_ms",
-    *EFFORT,
-)
+NUMBERS = (*JUDGED, "cpu_ms", *EFFORT)
 ROWS = cache.Shelf("rows", ".json", cache.as_json, json.loads)
 
 

@@ -27,8 +27,8 @@ def card(kind: str, seed: int) -> Scene:
     ----------
     kind : str
         "base"; "blur": the shutter is open nearly all the time; "noise": five times as
-        much; "occlusion": a post stands in the way, which hides a third of the card
-        where it passes.
+        much; "occlusion": a slab of gravel, a third as wide as the card, comes down
+        through the image and hides up to .3 of the card on its way.
     seed : int
 
     Raises
@@ -42,12 +42,12 @@ def card(kind: str, seed: int) -> Scene:
     path = roaming(rng, every=30, turn=0.3, growth=0.2)
     item, ground = CARDS[seed % 4], GROUNDS[seed // 4 % 4]
     target = Layer(item, CARD_WIDTH, path, tilt=tilting(rng))
-    post = Layer("gravel", 34.0, way([0.0, LENGTH], 160.0, [40.0, 200.0]))
+    slab = Layer("gravel", 34.0, way([0.0, LENGTH], 160.0, [40.0, 200.0]))
     return Scene(
         target,
         ground,
         LENGTH,
-        front=(post,) if kind == "occlusion" else (),
+        front=(slab,) if kind == "occlusion" else (),
         shutter=0.9 if kind == "blur" else 0.5,
         noise=15.0 if kind == "noise" else 3.0,
         seed=seed,

@@ -108,7 +108,7 @@ def pillars(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 def scale(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     """The size changes to and fro.
 
-    Its factor lies between .57 and 1.69 over the seeds, typically between two thirds
+    Its factor lies between .48 and 1.74 over the seeds, typically between two thirds
     and one and a half.
     """
     rng = np.random.default_rng((24, seed))

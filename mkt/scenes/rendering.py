@@ -22,6 +22,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from mkt import checks
 from mkt.homographies import corners, of_regions
 from mkt.scenes.paths import Path
 from mkt.scenes.textures import texture
@@ -63,6 +64,11 @@ class Layer:
         Turns out of the image plane, about the layer's own axes, first about x: the
         lower side or the left one goes away.  Joined by a cubic spline; the layer is
         then seen in perspective.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
     """
 
     texture: str
@@ -74,6 +80,9 @@ class Layer:
     turn: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
     box: bool = False
     tilt: Path = FLAT
+
+    def __post_init__(self):
+        checks.positive(self, "width")
 
 
 @dataclass(frozen=True)
@@ -127,16 +136,13 @@ class Scene:
     focal: float = 400.0
 
     def __post_init__(self):
-        for field, possible in (
-            ("length", self.length >= 1),
-            ("shutter", 0 <= self.shutter <= 1),
-            ("noise", self.noise >= 0),
-            ("zoom", self.zoom > 0),
-            ("focal", self.focal > 0),
-        ):
-            if not possible:
+        checks.counts(self, "length")
+        checks.shares(self, "shutter")
+        checks.positive(self, "zoom", "focal")
+        for field, least in (("noise", 0), ("seed", 0), ("size", 1)):
+            if np.min(getattr(self, field)) < least:
                 raise ValueError(
-                    f"{field} is {getattr(self, field)}, which no camera can do"
+                    f"{field} is {getattr(self, field)}; it must be at least {least}"
                 )
 
     def sequence(self, name: str = "synthetic scene") -> Sequence:

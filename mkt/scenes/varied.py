@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from mkt.scenes.drawn import GROUNDS, drawn
+from mkt import checks
+from mkt.scenes.drawn import drawn
 from mkt.scenes.paths import LENGTH, WIDTH, roaming
 from mkt.scenes.rendering import Layer, Scene
 from mkt.scenes.textures import CUT_OUT
@@ -28,10 +29,18 @@ class Varied:
     name : str
         Of one of `KINDS`.
     seed : int
+
+    Raises
+    ------
+    ValueError
+        For another name.
     """
 
     name: str
     seed: int
+
+    def __post_init__(self):
+        checks.one_of(self, name=KINDS)
 
     def scene(self) -> Scene:
         """The `Scene`, of 60 frames."""
@@ -50,9 +59,9 @@ def calm(seed: int, **target: Any) -> Scene:
 
 def swift(seed: int) -> Scene:
     """Short bursts: another way-point every eight frames, under a fast shutter."""
-    rng = np.random.default_rng((41, seed))
-    target = Layer(drawn("base", seed).item, WIDTH, roaming(rng, every=8, turn=0.3))
-    return Scene(target, GROUNDS[seed // 4 % 4], LENGTH, shutter=0.0, seed=seed)
+    rng, lot = np.random.default_rng((41, seed)), drawn("base", seed)
+    target = Layer(lot.item, WIDTH, roaming(rng, every=8, turn=0.3))
+    return Scene(target, lot.ground, LENGTH, shutter=0.0, seed=seed)
 
 
 KINDS: dict[str, Callable[[int], Scene]] = {

@@ -25,7 +25,13 @@ from mkt.particles import (
     multinomial,
     normalised,
 )
-from mkt.trackers.appearance import Zone, background, place, threshold
+from mkt.trackers.appearance import (
+    Zone,
+    background,
+    check_zones,
+    place,
+    threshold,
+)
 from mkt.trackers.ellipses import Disc
 from mkt.tracking import Info, report
 from mkt.types import Array, Frame, NDArray, Region, Regions, Rng
@@ -153,8 +159,9 @@ class Adaptive:
 
     def __post_init__(self):
         checks.counts(self, "n")
-        if not self.sigma > 0:
-            raise ValueError(f"sigma is {self.sigma}; it must be positive")
+        checks.positive(self, "sigma")
+        checks.shares(self, "alpha", "rho_min", "b")
+        check_zones(self.zones)
 
     def learn(self, frame: Frame, region: Region) -> Model:
         """The model of what is inside the upright ellipse of a region (5,).
@@ -254,7 +261,7 @@ class Adaptive:
             state.region,
             d,
             state.mode != TRACKING,
-            self.n + 1,
+            self.n + 1,  # while initialising, too, where no mean state is looked at
             covariance=covariance(regions, weights, state.region),
             n_eff=effective_sample_size(weights),
             particles=regions,

@@ -63,7 +63,7 @@ def background(
     return np.sqrt(disc.histograms(image, ellipses))
 
 
-def threshold(roots: NDArray, q: NDArray, sigmas: float = 2.0) -> float:
+def threshold(roots: NDArray, q: NDArray) -> float:
     """Mu + 2 sigma of the coefficient of a background with a model, (13) to (15).
 
     Parameters
@@ -72,11 +72,25 @@ def threshold(roots: NDArray, q: NDArray, sigmas: float = 2.0) -> float:
         Of `background`.
     q : (m,) array
         The model.
-    sigmas : float
-        2 as printed.
     """
     rho = roots @ np.sqrt(q)
-    return float(rho.mean() + sigmas * rho.std())
+    return float(rho.mean() + 2 * rho.std())
+
+
+def check_zones(zones: tuple[Zone, ...]) -> None:
+    """Refuse an unknown zone, or none, with a ValueError."""
+    if not zones:
+        raise ValueError(
+            "zones is empty; name at least one of anywhere, borders, "
+            "(x, y, spread x, spread y)"
+        )
+    for zone in zones:
+        door = not isinstance(zone, str) and len(zone) == 4
+        if not (door or zone in ("anywhere", "borders")):
+            raise ValueError(
+                f"zone {zone!r} is unknown; there are anywhere, borders, and doors "
+                "(x, y, spread x, spread y)"
+            )
 
 
 def place(
@@ -107,13 +121,9 @@ def place(
     Raises
     ------
     ValueError
-        For an unknown zone, or none.
+        See `check_zones`.
     """
-    if not zones:
-        raise ValueError(
-            "zones is empty; name at least one of anywhere, borders, "
-            "(x, y, spread x, spread y)"
-        )
+    check_zones(zones)
     size = np.array(shape[1::-1], float)
     centres = np.empty((n, 2))
     for k, zone in enumerate(zones):
@@ -127,11 +137,7 @@ def _in_zone(zone: Zone, size: Array, half_axes: Array, n: int, rng: Rng) -> Arr
         return rng.uniform(0, size - 1, (n, 2))
     if zone == "borders":
         return _along_borders(size, half_axes, n, rng)
-    if isinstance(zone, str) or len(zone) != 4:
-        raise ValueError(
-            f"zone {zone!r} is unknown; there are anywhere, borders, and doors "
-            "(x, y, spread x, spread y)"
-        )
+    assert not isinstance(zone, str)  # or `check_zones` would have refused it
     return rng.normal(zone[:2], zone[2:], (n, 2))
 
 

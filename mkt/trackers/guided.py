@@ -214,6 +214,7 @@ class Guided:
 
     def __post_init__(self):
         checks.counts(self, "n", "steps")
+        self.fine.check_slopes()
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> GuidedState:
         """Learn the references from the part of the region that is in the frame."""

@@ -35,7 +35,6 @@ from mkt.colors import BinImage, Bins, ColorBins
 from mkt.histograms import Target, coefficient, learn
 from mkt.homographies import (
     GROUPS,
-    SQUARE,
     as_region,
     flow,
     moved,
@@ -43,6 +42,7 @@ from mkt.homographies import (
     slope_at_middle,
 )
 from mkt.kernels import Kernels
+from mkt.regions import SQUARE
 from mkt.trackers.ssd import (
     EMPTY,
     TRUST,
@@ -246,6 +246,8 @@ class PlaneSSD:
         checks.one_of(self, group=GROUPS)
         if not self.passes:
             raise ValueError("passes is empty; give the kernels of at least one pass")
+        for kernels in self.passes:
+            kernels.check_slopes()
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> PlaneState:
         """Learn the reference for each pass, of an object that faces the camera."""

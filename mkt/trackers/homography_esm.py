@@ -28,7 +28,7 @@ import cv2
 import numpy as np
 
 from mkt import checks
-from mkt.checks import checked_frame, checked_region
+from mkt.checks import checked_frame, checked_region, in_words
 from mkt.homographies import as_region, flow, moved, of_regions
 from mkt.regions import from_box
 from mkt.trackers.homography import LARGEST_STEP, plausible
@@ -37,6 +37,7 @@ from mkt.types import Array, Frame, NDArray, Region, Rng
 
 SHORT = 1e-3  # a step below this ends a pass, in object units, radians and log size
 UNSEEN = 0.75  # share of the object that may lie outside the frame
+COARSE = 32, 32  # [px] of the first look at how much of it does
 
 
 class ESMState(NamedTuple):
@@ -97,19 +98,31 @@ class PlaneESM:
             )
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> ESMState:
-        """Keep the object's pictures, at the resolution at which it is seen."""
+        """Keep the object's pictures, at the resolution at which it is seen.
+
+        Raises
+        ------
+        ValueError
+            Where too little of it is in the frame.
+        """
         region = checked_region(region)
         hx, hy = region[3:]
         size = max(round(2 * hx), 8), max(round(2 * hy), 8)
-        first, blank = of_regions(region), np.zeros(size[::-1], np.float32)
-        seen = (facing(each, first, blank) for each in self._smoothed(frame))
+        first, smoothed = of_regions(region), self._smoothed(frame)
+        if not _in_view(facing(smoothed[0], first, np.zeros(COARSE, np.float32))):
+            raise ValueError(
+                f"most of the region {in_words(region)} lies outside the image; "
+                "choose a box inside it"
+            )
+        blank = np.zeros(size[::-1], np.float32)
+        seen = (facing(each, first, blank) for each in smoothed)
         pictures = tuple(np.nan_to_num(picture) for picture in seen)
         return ESMState(pictures, hx / hy, first, first)
 
     def step(self, state: ESMState, frame: Frame, rng: Rng) -> tuple[ESMState, Info]:
         """Align from the last estimate."""
         homography, correlation = self.refine(state, frame, state.homography)
-        d = np.sqrt(1 - max(correlation, 0.0))
+        d = np.sqrt(1 - min(max(correlation, 0.0), 1.0))
         lost = correlation < self.lost_below
         region = as_region(homography, state.aspect)
         info = report(region, d, lost, 1, homography=homography)
@@ -130,7 +143,7 @@ class PlaneESM:
             steps, short = 0, False
             while steps < self.iterations and not short:
                 seen = facing(smooth, found, picture)
-                if np.isnan(seen).mean() > UNSEEN:
+                if not _in_view(seen):
                     return start, 0.0
                 step, correlation = esm_step(picture, seen)
                 bounded = np.clip(step, -LARGEST_STEP, LARGEST_STEP)
@@ -146,6 +159,11 @@ class PlaneESM:
         grey = cv2.cvtColor(checked_frame(frame), cv2.COLOR_RGB2GRAY)
         exact = grey.astype(np.float32)
         return [cv2.GaussianBlur(exact, (blur, blur), 0) for blur in self.blurs]
+
+
+def _in_view(seen: NDArray) -> bool:
+    """Whether enough of what was seen of an object, by `facing`, is in the frame."""
+    return bool(np.isnan(seen).mean() <= UNSEEN)
 
 
 def esm_step(

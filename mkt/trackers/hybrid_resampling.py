@@ -31,7 +31,14 @@ import numpy as np
 from mkt import checks
 from mkt.checks import checked_region
 from mkt.colors import BinImage, Bins, ColorBins
-from mkt.histograms import Target, coefficient, histograms, learn, log_likelihood
+from mkt.histograms import (
+    Target,
+    coefficient,
+    distance,
+    histograms,
+    learn,
+    log_likelihood,
+)
 from mkt.kernels import Kernels
 from mkt.particles import (
     Motion,
@@ -91,7 +98,7 @@ class HybridResampling:
     inertial : float
         Share of the particles that go on with the mean velocity, (17).
     motion : Motion
-        The noise r_k; its velocity and angle are not used.
+        The noise r_k; by default boxes stay upright, and only inertia has a velocity.
     smoothing : float
         Share of the last displacement in the mean velocity, (12).
     accept : str
@@ -150,6 +157,7 @@ class HybridResampling:
         checks.counts(self, "n")
         checks.one_of(self, accept=ACCEPT, occlusion=OCCLUSION)
         checks.shares(self, "inertial", "eta", "gamma")
+        checks.positive(self, "lam")
         if self.eta + self.gamma > 1:
             raise ValueError(
                 f"eta + gamma is {self.eta + self.gamma:g}; "
@@ -183,8 +191,8 @@ class HybridResampling:
             state, d, shares = self._found(
                 state, image, regions, weights, likelihoods, rng
             )
-        info = self._report(state, d, hidden, regions, weights)
-        return state, info | {"evaluations": looked, "shares": shares}
+        info = self._report(state, d, hidden, looked, regions, weights)
+        return state, info | {"shares": shares}
 
     def _cost(self, state: HybridState, hidden: bool) -> float:
         """Regions looked at in a frame after this state.
@@ -200,6 +208,7 @@ class HybridResampling:
         state: HybridState,
         d: float | Array,
         hidden: bool,
+        looked: float,
         regions: Regions,
         weights: Array,
     ) -> Info:
@@ -209,7 +218,7 @@ class HybridResampling:
             region,
             d,
             hidden,
-            self.n,
+            looked,
             covariance=covariance(regions, weights, region),
             n_eff=effective_sample_size(weights),
             particles=regions,
@@ -341,12 +350,12 @@ class HybridResampling:
         """The reference after (10), the distance of the estimate, and the shares."""
         target = state.target
         q = histograms(image, target.kernels, np.stack([region, heaviest]))
-        rho = coefficient(q, target.q)[:, 0]
+        rho = coefficient(q, target.q)
         shares = NOTHING_LEARNT
         if level > self.w_min:
-            shares = self.shares(*np.exp(-self.lam * (1 - rho)))
+            shares = self.shares(*np.exp(log_likelihood(rho, self.lam)))
         mixed = np.tensordot(shares, np.stack([target.q, *q, state.first]), 1)
-        return target._replace(q=mixed), np.sqrt(max(1 - rho[0], 0)), shares
+        return target._replace(q=mixed), float(distance(rho[0], -1)), shares
 
     def shares(self, estimate: float, heaviest: float) -> Array:
         """1 - alpha - beta - gamma, alpha, beta, gamma of (10), from two likelihoods.

@@ -11,11 +11,11 @@ import numpy as np
 
 from mkt import checks
 from mkt.colors import BinImage, ColorBins
-from mkt.histograms import Target, histograms
-from mkt.neighbours import MEASURES
+from mkt.histograms import Target, histograms, log_likelihood
+from mkt.neighbours import MEASURES, hsv_counts
 from mkt.particles import Particles, normalised
 from mkt.trackers.particle_filter import ParticleFilter
-from mkt.types import Array
+from mkt.types import Array, NDArray
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,8 @@ class CrossBin(ParticleFilter):
     Parameters
     ----------
     measure : str
-        One of `mkt.neighbours.MEASURES`; at "bhattacharyya" it is its parent.
+        One of `mkt.neighbours.MEASURES`; at "bhattacharyya" it is its parent, but for
+        the bins, which must be `ColorBins` of the space "hsv".
 
     Raises
     ------
@@ -38,10 +39,19 @@ class CrossBin(ParticleFilter):
     def __post_init__(self):
         super().__post_init__()
         checks.one_of(self, measure=MEASURES)
+        if not isinstance(self.bins, ColorBins):
+            raise ValueError(
+                f"bins is {self.bins}; neighbours are known for hsv, take ColorBins()"
+            )
+        hsv_counts(self.bins)
 
     def weigh(self, target: Target, image: BinImage, particles: Particles) -> Array:
         """The weights of particles, (N,) of sum 1."""
         q = histograms(image, target.kernels, particles.regions)
-        bins = self.bins if isinstance(self.bins, ColorBins) else ColorBins()
-        d2 = MEASURES[self.measure](q, target.q, bins)
-        return normalised(-self.lam * np.sum(d2, -1))
+        d2 = self._compare(q, target.q)
+        d2 = np.where(q.any(-1), d2, 1.0)  # nothing was seen: as unlike as can be
+        return normalised(log_likelihood(1 - d2, self.lam, self.combine))
+
+    def _compare(self, q: NDArray, reference: NDArray) -> Array:
+        assert isinstance(self.bins, ColorBins)  # or it would have been refused
+        return MEASURES[self.measure](q, reference, self.bins)

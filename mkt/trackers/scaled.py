@@ -58,7 +58,14 @@ class Scaled:
             units = np.ones(5)
             units[LENGTHS] = self.scale
             grown["covariance"] = info["covariance"] / np.outer(units, units)
+        if "homography" in info:
+            grown["homography"] = self._to_whole() @ info["homography"]
         return state, info | grown
+
+    def _to_whole(self) -> Array:
+        """The map (3, 3) from pixels of the shrunk frame to those of the whole one."""
+        s, shift = 1 / self.scale, (1 / self.scale - 1) / 2
+        return np.array([[s, 0, shift], [0, s, shift], [0, 0, 1]])
 
     def _shrunk(self, frame: Frame) -> Frame:
         size, scale = None, self.scale

@@ -417,6 +417,7 @@ class SSD:
 
     def __post_init__(self):
         checks.counts(self, "iterations")
+        self.kernels.check_slopes()
         if not self.spans:
             raise ValueError(
                 "spans is empty; give at least one factor on the kernels' span, "

@@ -65,7 +65,7 @@ class TemplateMatching:
         Raises
         ------
         ValueError
-            When it does not fit into the frame.
+            When it does not fit into the frame, or holds a single colour.
         """
         frame = checked_frame(frame)
         height, width = frame.shape[:2]
@@ -83,7 +83,13 @@ class TemplateMatching:
             )
         region = from_box((x + w / 2 - size[0] / 2, y + h / 2 - size[1] / 2, *size))
         centre = float(region[0]), float(region[1])
-        return TemplateState(cv2.getRectSubPix(frame, size, centre), region)
+        template = cv2.getRectSubPix(frame, size, centre)
+        if not template.std((0, 1)).any():  # OpenCV finds such a one everywhere
+            raise ValueError(
+                f"the region {in_words(region)} is of one colour, which correlates "
+                "with nothing; choose a box with some pattern in it"
+            )
+        return TemplateState(template, region)
 
     def step(
         self, state: TemplateState, frame: Frame, rng: Rng

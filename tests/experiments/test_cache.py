@@ -207,3 +207,12 @@ def test_runs_of_every_tracker_are_kept(name):
 @pytest.mark.parametrize("name", SCENES)
 def test_runs_on_every_scene_are_kept(name):
     assert cache.code_of(SCENES[name](500)) is not None
+
+
+def test_what_cannot_be_touched_can_be_read(monkeypatch):
+    def refuse(*_):
+        raise PermissionError
+
+    TEXT.put("a", 1)
+    monkeypatch.setattr(os, "utime", refuse)
+    assert TEXT.get("a") == 1

@@ -112,6 +112,12 @@ def test_what_could_not_be_measured_proves_nothing():
         assert p_value([9.0, np.nan, 9.0], statistic, 1, "greater") == 1
 
 
+@pytest.mark.parametrize("statistic", [MEDIAN, MEAN])
+def test_one_run_proves_nothing(statistic):
+    for side in ("greater", "less"):
+        assert p_value([0.5], statistic, 0, side) > 0.4
+
+
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=12))
 def test_holm_raises_keeps_the_order_and_is_exact_for_the_smallest(p):
     raised = holm(p)

@@ -144,11 +144,26 @@ def test_every_texture_is_there(name):
 
 
 @pytest.mark.parametrize(
-    "field, value", [("shutter", 1.5), ("noise", -1.0), ("length", 0), ("zoom", 0.0)]
+    "field, value",
+    [
+        ("shutter", 1.5),
+        ("noise", -1.0),
+        ("length", 0),
+        ("length", 2.5),
+        ("zoom", 0.0),
+        ("focal", -1.0),
+        ("seed", -1),
+        ("size", (0, 240)),
+    ],
 )
 def test_impossible_cameras_are_refused(field, value):
-    with pytest.raises(ValueError, match=field):
+    with pytest.raises(ValueError, match=rf"^{field} is .*(must|lies)"):
         Scene(Layer("car", 60.0, MOVING), **{field: value})
+
+
+def test_a_layer_without_width_is_refused():
+    with pytest.raises(ValueError, match="^width is 0"):
+        Layer("car", 0.0, MOVING)
 
 
 def test_unknown_textures_are_named():

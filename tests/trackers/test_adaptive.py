@@ -215,6 +215,8 @@ def test_samples_are_placed_in_their_zones():
 def test_unknown_zones_are_named(zones, said):
     with pytest.raises(ValueError, match=said):
         appearance.place(zones, (240, 320), np.ones(2), 10, np.random.default_rng(0))
+    with pytest.raises(ValueError, match=said):
+        Adaptive(zones=zones)
 
 
 # The three ways to start, the modes, and what the update is good for; over seeds
@@ -334,6 +336,13 @@ TURNED = np.array([110.0, 110.0, 0.5, 40.0, 20.0])
 def test_without_samples_or_spread_it_is_refused(field):
     with pytest.raises(ValueError, match=field):
         Adaptive(**{field: 0})
+
+
+@pytest.mark.parametrize("field", ["alpha", "rho_min", "b"])
+@pytest.mark.parametrize("value", [1.5, -0.1, np.nan])
+def test_a_share_beyond_one_is_refused(field, value):
+    with pytest.raises(ValueError, match=f"^{field} is "):
+        Adaptive(**{field: value})
 
 
 @given(st.floats(-3, 3), st.floats(5, 60), st.floats(5, 60))

@@ -492,3 +492,22 @@ def test_esm_steps_in_the_plane_of_its_picture_whatever_the_region_is():
     found, _ = tracker.refine(state, clip.frames[0], start)
     by_hand = moved(start, np.clip(step, -0.5, 0.5), np.sqrt([48 / 8, 8 / 48]))
     np.testing.assert_allclose(found, by_hand)
+
+
+@pytest.mark.parametrize("seed", range(500, 508))
+def test_esm_says_no_distance_to_what_it_has_just_learnt(seed):
+    clip = card("base", seed).sequence()
+    tracker, rng = PlaneESM(), np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    _, info = tracker.step(state, clip.frames[0], rng)
+    assert 0 <= info["distance"] < 0.1
+
+
+@pytest.mark.parametrize(
+    "region",
+    [(1000, 1000, 0, 20, 20), (50, 50, 0, 40_000, 40_000), (160, 120, 0, 1e9, 1e-3)],
+)
+def test_esm_refuses_what_it_hardly_sees(region):
+    frame = card("base", 0).sequence().frames[0]
+    with pytest.raises(ValueError, match="most of the region .* outside the image"):
+        PlaneESM().init(frame, np.array(region, float), None)

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from mkt.evaluation import overlap
+from mkt.kernels import Kernels
+from mkt.scenes import SCENES
 from mkt.scenes.rendering import Layer, Scene
 from mkt.trackers.by_name import TRACKERS
 from mkt.trackers.hybrid_resampling import ACCEPT, NOTHING_LEARNT, HybridResampling
@@ -201,6 +203,7 @@ def test_boxes_stay_upright_and_keep_their_aspect(name, wall):
         ("inertial", 1.5),
         ("eta", -0.1),
         ("gamma", 0.96),
+        ("lam", -5.0),
     ],
 )
 def test_wrong_parameters_are_named(field, value):
@@ -234,3 +237,14 @@ def test_the_cost_counts_every_look_at_a_region(accept, times, wall):
     """Two more are the estimate and the heaviest particle."""
     run = track(replace(PFHR, accept=accept), beginning(wall, 5))
     assert (run.info["evaluations"][1:] == times * PFHR.n + 2).all()
+
+
+def test_with_several_kernels_all_of_them_say_how_far_off_the_target_is():
+    clip = SCENES["base"](500).sequence()
+    nine = Kernels("tiles", "uniform")
+    tracker = HybridResampling(kernels=nine, lam=20 / 9, occlusion="never")
+    rng = np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    after, info = tracker.step(state, clip.frames[1], rng)
+    seen = state.target.distances(tracker.bins(clip.frames[1]), info["region"])
+    assert info["distance"] == pytest.approx(seen, abs=1e-6)

@@ -7,7 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mkt import SCENES, SSD, ParticleFilter, evaluate, track
+from mkt.homographies import as_region
 from mkt.regions import CX, CY
+from mkt.scenes.cards import card
+from mkt.trackers.homography import PlaneSSD
 from mkt.trackers.scaled import Scaled, rescaled
 from tests import strategies
 
@@ -46,6 +49,17 @@ def test_the_whole_answer_is_in_pixels_of_the_frame():
         off = (particles - found.regions[k])[:, :2]
         spread = found.info["covariance"][k][:2, :2]
         assert np.allclose((weights * off.T) @ off, spread, rtol=1e-6)
+
+
+def test_a_homography_is_in_pixels_of_the_frame_too():
+    clip = card("base", 500).sequence()
+    tracker, rng = Scaled(PlaneSSD(), 0.5), np.random.default_rng(0)
+    _, info = tracker.step(
+        tracker.init(clip.frames[0], clip.truth[0], rng), clip.frames[1], rng
+    )
+    aspect = clip.truth[0, 3] / clip.truth[0, 4]
+    assert np.allclose(as_region(info["homography"], aspect), info["region"])
+    assert np.abs(info["region"][:2] - clip.truth[1, :2]).max() < 5
 
 
 @pytest.mark.parametrize("scale", [0, -1, 1.01, np.nan])

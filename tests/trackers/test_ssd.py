@@ -13,6 +13,8 @@ from mkt.regions import displaced, warp
 from mkt.scenes.questions import blur
 from mkt.scenes.rendering import Layer, Scene
 from mkt.scenes.textures import OBJECTS
+from mkt.trackers.guided import Guided
+from mkt.trackers.homography import PlaneSSD
 from mkt.trackers.ssd import (
     EMPTY,
     SSD,
@@ -415,3 +417,12 @@ def test_the_derivative_of_a_prior_is_what_the_step_takes_it_for():
     expected = 2 * prior.weights * prior.off(near)
     np.testing.assert_allclose(slope, expected, rtol=0.03, atol=1e-3)
     assert prior.cost(region) == 0
+
+
+@pytest.mark.parametrize("kernels", [Kernels("tiles", "uniform"), Kernels("ellipse")])
+@pytest.mark.parametrize(
+    "made", [SSD, lambda k: Guided(fine=k), lambda k: PlaneSSD(passes=(k,))]
+)
+def test_kernels_without_a_slope_are_refused_before_a_run(made, kernels):
+    with pytest.raises(ValueError, match="kernels have no slope"):
+        made(kernels)

@@ -111,6 +111,16 @@ def test_a_box_larger_than_the_frame_is_refused():
         TemplateMatching().init(clip.frames[0], box, None)
 
 
+def test_a_box_of_one_colour_is_refused_for_it_is_found_everywhere():
+    clip = sliding([(40, 40)])
+    frame = clip.frames[0].copy()
+    frame[40:60, 40:70] = (200, 30, 30)
+    with pytest.raises(ValueError, match="of one colour"):
+        TemplateMatching().init(frame, clip.truth[0], None)
+    frame[50, 50] = 0
+    TemplateMatching().init(frame, clip.truth[0], None)
+
+
 @pytest.mark.parametrize("field, value", [("search", "everywhere"), ("reach", 0.0)])
 def test_wrong_parameters_are_named(field, value):
     with pytest.raises(ValueError, match=field):
