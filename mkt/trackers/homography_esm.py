@@ -109,7 +109,7 @@ class PlaneESM:
         hx, hy = region[3:]
         size = max(round(2 * hx), 8), max(round(2 * hy), 8)
         first, smoothed = of_regions(region), self._smoothed(frame)
-        if not _in_view(facing(smoothed[0], first, np.zeros(COARSE, np.float32))):
+        if not in_view(facing(smoothed[0], first, np.zeros(COARSE, np.float32))):
             raise ValueError(
                 f"most of the region {in_words(region)} lies outside the image; "
                 "choose a box inside it"
@@ -143,7 +143,7 @@ class PlaneESM:
             steps, short = 0, False
             while steps < self.iterations and not short:
                 seen = facing(smooth, found, picture)
-                if not _in_view(seen):
+                if not in_view(seen):
                     return start, 0.0
                 step, correlation = esm_step(picture, seen)
                 bounded = np.clip(step, -LARGEST_STEP, LARGEST_STEP)
@@ -161,7 +161,7 @@ class PlaneESM:
         return [cv2.GaussianBlur(exact, (blur, blur), 0) for blur in self.blurs]
 
 
-def _in_view(seen: NDArray) -> bool:
+def in_view(seen: NDArray) -> bool:
     """Whether enough of what was seen of an object, by `facing`, is in the frame."""
     return bool(np.isnan(seen).mean() <= UNSEEN)
 

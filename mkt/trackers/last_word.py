@@ -14,7 +14,7 @@ import numpy as np
 
 from mkt.homographies import PARAMETERS, of_regions
 from mkt.trackers.close_up import cut_out
-from mkt.trackers.homography_esm import UNSEEN, esm_step, facing
+from mkt.trackers.homography_esm import esm_step, facing, in_view
 from mkt.trackers.ssd import moved
 from mkt.types import Array, Frame, NDArray, Region
 
@@ -78,7 +78,7 @@ def aligned(
     close_up, region, correlation = _close_up(frame, start, pitch), start, 0.0
     for _ in range(STEPS):
         seen = _over(close_up, region, picture)
-        if np.isnan(seen).mean() > UNSEEN:
+        if not in_view(seen):
             return start, 0.0
         (tau_x, tau_y, growth), correlation = esm_step(picture, seen, MOTIONS)
         region = moved(region, np.array([tau_x, tau_y, 0.0, growth]))
