@@ -38,9 +38,9 @@ def checked_output(output: Path | str, source: Path | str) -> Path:
     Raises
     ------
     ValueError
-        When it cannot be written, lies among the images of the source, or when there is
-        such a video, table or settings already, even if it is the source under another
-        name.
+        When it cannot be written, or lies among the images of the source.
+    FileExistsError
+        As `refuse_taken` does, even if it is the source under another name.
     """
     output = written_path(output)
     if output.suffix.lower() not in (*CODECS, *TABLES):
@@ -58,11 +58,7 @@ def checked_output(output: Path | str, source: Path | str) -> Path:
             f"-o {output}: this is the folder of the images to be tracked; "
             "choose another place"
         )
-    if taken := files_there(output):
-        raise ValueError(
-            f"-o {output}: {taken[0]} is there already and stays as it is; "
-            "move it away, or choose another name"
-        )
+    refuse_taken(output)
     return output
 
 
@@ -82,6 +78,15 @@ def is_table(output: Path) -> bool:
 def files_there(output: Path) -> list[Path]:
     """Those of a run's files whose names are taken, even by a link to nowhere."""
     return [path for path in files_of(output) if os.path.lexists(path)]
+
+
+def refuse_taken(output: Path) -> None:
+    """Raise FileExistsError if there is such a video, table or settings already."""
+    if taken := files_there(output):
+        raise FileExistsError(
+            f"{taken[0]} is there already and stays as it is; "
+            "move it away, or choose another name"
+        )
 
 
 def free(output: Path) -> Path:
@@ -115,7 +120,7 @@ class Recorder:
     Raises
     ------
     OSError
-        When the files cannot be written, or when there is such a table already.
+        When the files cannot be written; `FileExistsError` as `refuse_taken` does.
     """
 
     def __init__(
@@ -127,6 +132,7 @@ class Recorder:
     ):
         self.done = 0
         self._title, self._output = title, Path(output)
+        refuse_taken(self._output)
         self._first, self._every = settings.part if settings else (0, 1)
         *film, table, chosen = files_of(self._output)
         self._written = [*film, table]

@@ -24,6 +24,7 @@ from mkt.own_video import overlay, recording
 from mkt.own_video.settings import Settings
 from mkt.plotting import CURRENT, DESIRED
 from mkt.regions import corners, from_box, to_box
+from mkt.sequences.truth_formats import video
 from mkt.sequences.video import VideoFile
 from mkt.sequences.writing import Writer
 from mkt.trackers import by_name
@@ -306,12 +307,37 @@ def test_a_link_to_the_folder_of_images_is_that_folder(tmp_path):
         recording.checked_output(tmp_path / "link" / "x.avi", tmp_path / "images")
 
 
-def test_of_two_runs_under_one_name_at_once_the_second_is_refused(tmp_path):
+def contents(folder):
+    """The files in a folder, {path: bytes}."""
+    return {path: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_of_two_runs_under_one_name_at_once_the_second_is_refused(
+    tmp_path, monkeypatch
+):
     record(Still(), 3, tmp_path / "x.avi")
-    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    before = contents(tmp_path)
+    # It looked before the first one had begun.
+    monkeypatch.setattr(recording, "files_there", lambda output: [])
     with pytest.raises(OSError, match="x.csv cannot be written: File exists"):
         record(Still(), 3, tmp_path / "x.avi")
-    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert contents(tmp_path) == before
+
+
+def test_a_program_that_records_into_its_own_source_is_refused(clip, tmp_path):
+    source = films.write(tmp_path / "car.avi", clip.frames)
+    before = contents(tmp_path)
+    with pytest.raises(FileExistsError, match="car.avi is there already and stays"):
+        recording.record(Still(), video(source, [55, 48, 50, 24]), source)
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("taken", ["x.webm", "x.csv", "x.json"])
+def test_a_program_overwrites_nothing(taken, tmp_path):
+    (tmp_path / taken).write_text("precious")
+    with pytest.raises(FileExistsError, match=f"{taken} is there .* another name"):
+        record(Still(), 3, tmp_path / "x.webm")
+    assert contents(tmp_path) == {tmp_path / taken: b"precious"}
 
 
 def test_a_second_run_takes_the_next_name(file, box, tmp_path, monkeypatch, capsys):
