@@ -243,6 +243,8 @@ def test_a_table_of_a_video_without_room_is_said(room, noise, tmp_path, capfd):
     said = "found.csv cannot be written: .*; make room there"
     with room_for(room), pytest.raises(OSError, match=said):
         recorded(noise, tmp_path / "found.webm")
+    # Without room for its head it has not begun.
+    assert (room == 10) == (not list(tmp_path.iterdir()))
 
 
 def test_an_executed_notebook_without_room_is_said_and_the_others_are_kept(

@@ -138,22 +138,29 @@ class Recorder:
         self._written = [*film, table]
         self._mot = table.suffix.lower() == ".txt"
         self._film = None
+        with ExitStack() as failed:
+            self._open_table(table, failed)
+            with self._files as opened:
+                if settings:
+                    settings.save(chosen)
+                if film:
+                    size = clip.frames[0].shape[1::-1]
+                    writer = video_writer(output, size, clip.fps)
+                    self._film = opened.enter_context(writer)
+                self._files = opened.pop_all()
+            failed.pop_all()
+
+    def _open_table(self, path: Path, failed: ExitStack) -> None:
         with self._named(), ExitStack() as opened:
             # Each row is written at once, because a program that is killed cannot do it
             # later.
-            file = table.open("x", buffering=1, newline="", encoding="utf-8")
+            file = path.open("x", buffering=1, newline="", encoding="utf-8")
+            # All that is there from now on is ours, and nothing if this cannot begin.
+            failed.callback(_remove, files_of(self._output))
             opened.enter_context(file)
             self._table = csv.writer(file)
             if not self._mot:
                 self._table.writerow(COLUMNS)
-            self._files = opened.pop_all()
-        with self._files as opened:
-            if settings:
-                settings.save(chosen)
-            if film:
-                size = clip.frames[0].shape[1::-1]
-                writer = video_writer(output, size, clip.fps)
-                self._film = opened.enter_context(writer)
             self._files = opened.pop_all()
 
     def __enter__(self) -> "Recorder":
@@ -190,6 +197,11 @@ class Recorder:
             if self._film:
                 self._film.write(picture[..., ::-1])
         return picture
+
+
+def _remove(paths: list[Path]) -> None:
+    for path in paths:
+        path.unlink(missing_ok=True)
 
 
 def _check_written(path: Path, frames: int) -> None:

@@ -17,6 +17,8 @@ from mkt.sequences.quiet import quiet
 from mkt.types import Frame
 
 CODECS = {".webm": "VP80", ".mkv": "FFV1", ".avi": "MJPG", ".mp4": "mp4v"}
+# [px]: the longest side that these formats can say; the others take what can be read.
+LONGEST_SIDE = {".webm": 16_383, ".mp4": 8_191}
 
 
 class Writer:
@@ -80,9 +82,10 @@ def video_writer(
     Raises
     ------
     OSError
-        When the file cannot be written.
+        When the file cannot be written, or the pictures are too large for its format.
     """
     path = Path(path)
+    _refuse_large(path, size)
     codec = cv2.VideoWriter.fourcc(*CODECS[path.suffix.lower()])
     with quiet(), _in_pieces(path) as name:
         writer = cv2.VideoWriter(str(name), cv2.CAP_FFMPEG, codec, fps, size)
@@ -96,6 +99,16 @@ def video_writer(
         opened.settle()
     finally:
         opened.close()
+
+
+def _refuse_large(path: Path, size: tuple[int, int]) -> None:
+    longest = LONGEST_SIDE.get(path.suffix.lower())
+    if longest and max(size) > longest:
+        raise OSError(
+            f"{path}: cannot be written: {path.suffix} takes pictures of up to "
+            f"{longest} px a side, and these are {size[0]}x{size[1]} px; "
+            "choose .avi or .mkv"
+        )
 
 
 @contextmanager

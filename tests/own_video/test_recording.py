@@ -9,7 +9,7 @@ import json
 import subprocess
 import sys
 import weakref
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Any
 
@@ -340,6 +340,19 @@ def test_a_program_overwrites_nothing(taken, tmp_path):
     assert contents(tmp_path) == {tmp_path / taken: b"precious"}
 
 
+@pytest.mark.parametrize("ending", [".webm", ".mp4"])
+def test_a_film_that_cannot_begin_leaves_nothing_in_the_way_of_the_next_try(
+    ending, tmp_path
+):
+    wide = np.zeros((4, 17_000, 3), np.uint8)
+    sequence = replace(still_clip(1), frames=[wide])
+    with pytest.raises(OSError, match=f"x{ending}: .*17000x4 px; choose .avi or .mkv"):
+        recording.record(Still(), sequence, tmp_path / f"x{ending}", settings=CHOSEN)
+    assert not contents(tmp_path)
+    recording.record(Still(), sequence, tmp_path / "x.avi", settings=CHOSEN)
+    assert len(contents(tmp_path)) == 3
+
+
 def test_a_second_run_takes_the_next_name(file, box, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for name in ("car-ssd.webm", "car-ssd-2.webm"):
@@ -411,6 +424,9 @@ class Still:
         return (region, k + 1), info
 
 
+CHOSEN = Settings("still", "of no file", (10, 10, 20, 20, 0), "still")
+
+
 def still_clip(length):
     frames = [np.full((48, 64, 3), k % 256, np.uint8) for k in range(length)]
     truth = np.tile(from_box([10, 10, 20, 20]), (length, 1))
@@ -419,8 +435,7 @@ def still_clip(length):
 
 def record(tracker, length, output):
     """Track in a still clip and write the files; returns how many frames there are."""
-    chosen = Settings("still", "of no file", (10, 10, 20, 20, 0), "still")
-    return recording.record(tracker, still_clip(length), output, settings=chosen)
+    return recording.record(tracker, still_clip(length), output, settings=CHOSEN)
 
 
 def test_nothing_is_accumulated(tmp_path, monkeypatch):

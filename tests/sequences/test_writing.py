@@ -30,6 +30,24 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path, capfd):
             pass
 
 
+@pytest.mark.parametrize(
+    "suffix, longest", [(".webm", 16_383), (".mp4", 8_191), (".avi", 0), (".mkv", 0)]
+)
+def test_pictures_too_large_for_a_format_are_told_those_that_take_them(
+    suffix, longest, tmp_path
+):
+    path, most = tmp_path / f"a{suffix}", longest or 32_766
+    with video_writer(path, (most, 4), 25) as writer:
+        writer.write(np.zeros((4, most, 3), np.uint8))
+    assert VideoFile(path)[0].shape == (4, most - most % 2, 3)
+    if longest:
+        said = rf"b{suffix}: .* {longest} px .* 4x{longest + 1} px; choose .avi or .mkv"
+        with pytest.raises(OSError, match=said):
+            with video_writer(tmp_path / f"b{suffix}", (4, longest + 1), 25):
+                pass
+        assert not (tmp_path / f"b{suffix}").exists()
+
+
 def test_stderr_is_silent_for_a_while(capfd):
     with quiet():
         os.write(2, b"not heard")
