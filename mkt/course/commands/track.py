@@ -219,8 +219,9 @@ def _track(args) -> int | None:
         print(f"the track may differ in its last digits: {changed}", file=sys.stderr)
     if done == len(clip):
         return None
+    where = "the table" if recording.is_table(output) else "both"
     print(
-        f"stopped: {done} of {len(clip)} frames are in both, up to frame "
+        f"stopped: {done} of {len(clip)} frames are in {where}, up to frame "
         f"{chosen.first + (done - 1) * chosen.every}",
         file=sys.stderr,
     )
