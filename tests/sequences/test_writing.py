@@ -1,6 +1,8 @@
 """Videos that are written can be read again; stderr is silent where it should be."""
 
 import os
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -51,5 +53,22 @@ def test_pictures_too_large_for_a_format_are_told_those_that_take_them(
 def test_stderr_is_silent_for_a_while(capfd):
     with quiet():
         os.write(2, b"not heard")
+    os.write(2, b"heard")
+    assert capfd.readouterr().err == "heard"
+
+
+def test_stderr_comes_back_after_two_threads_at_once(capfd):
+    inside = threading.Event()
+
+    def first():
+        with quiet():
+            inside.set()
+            time.sleep(0.05)
+
+    thread = threading.Thread(target=first)
+    thread.start()
+    inside.wait()
+    with quiet(), quiet():
+        thread.join()
     os.write(2, b"heard")
     assert capfd.readouterr().err == "heard"
