@@ -103,8 +103,8 @@ def bobot(folder: str | os.PathLike) -> Sequence:
 
 def bobot_regions(path: Path, frames: Series) -> Text:
     """Lines and regions of a text as BoBoT writes them, see `bobot`."""
-    lines, rows = read_numbers(path, (4, 5), header=True)
-    return lines, from_box(_bobot_boxes(path, lines, rows, frames))
+    lines, rows, headed = _read(path, (4, 5), header=True)
+    return lines, from_box(_bobot_boxes(path, lines, rows, frames, headed))
 
 
 def _bobot_frames(folder: Path) -> Frames:
@@ -120,7 +120,9 @@ def _reconstructed(folder: Path) -> bool:
     return source.is_file() and "RECONSTRUCTED" in source.read_text("utf-8", "replace")
 
 
-def _bobot_boxes(path: Path, lines: NDArray, rows: Array, frames: Series) -> Array:
+def _bobot_boxes(
+    path: Path, lines: NDArray, rows: Array, frames: Series, headed: bool
+) -> Array:
     """Left, top, width, height [px] from any kind of rows: (T, 4)."""
     height, width = frames[0].shape[:2]
     size = np.array([width, height, width, height])
@@ -130,7 +132,7 @@ def _bobot_boxes(path: Path, lines: NDArray, rows: Array, frames: Series) -> Arr
         boxes = rows[:, 1:] * size
         boxes[~boxes.any(1)] = np.nan
         return boxes
-    if lines[0] > 1:  # under a header
+    if headed:
         return rows * size if np.nanmax(rows[:, 2:]) <= 1 else rows
     return np.concatenate([rows[:, :2], rows[:, 2:] - rows[:, :2]], 1)
 
@@ -420,13 +422,20 @@ def read_numbers(
         For a file that is missing, is no text, or holds no rows, and for the first row
         that is wrong.
     """
+    return _read(path, widths, header)[:2]
+
+
+def _read(
+    path: str | os.PathLike, widths: tuple[int, ...], header: bool
+) -> tuple[NDArray, Array, bool]:
+    """What `read_numbers` returns, and whether the first line was words."""
     table = [
         (number, re.split(r"[,;\s]+", line.strip(" \t,;")))
         for number, line in enumerate(_lines(path), 1)
         if line.strip()
     ]
-    if header and table and _number(table[0][1][0]) is None:
-        table = table[1:]
+    headed = header and bool(table) and _number(table[0][1][0]) is None
+    table = table[headed:]
     if not table:
         raise DataError(
             path,
@@ -437,7 +446,7 @@ def read_numbers(
     first = len(table[0][1])
     width = first if first in widths else widths[0]
     rows = [_row(path, number, fields, width) for number, fields in table]
-    return np.array([number for number, _ in table]), np.array(rows)
+    return np.array([number for number, _ in table]), np.array(rows), headed
 
 
 def _lines(path: str | os.PathLike) -> list[str]:

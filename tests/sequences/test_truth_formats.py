@@ -140,6 +140,13 @@ def test_bobot_corners_without_header(tmp_path):
     np.testing.assert_array_equal(clip.visibility, [0, 1])
 
 
+def test_a_blank_first_line_of_bobot_is_no_header(tmp_path):
+    clip = bobot(bobot_folder(tmp_path, "", "20,8,36,32", n=1))
+    np.testing.assert_array_equal(clip.truth, [REGION])
+    clip = bobot(bobot_folder(tmp_path, "", "# x y w h", numbers(BOX, " "), n=1))
+    np.testing.assert_array_equal(clip.truth, [REGION])
+
+
 def test_bobot_says_that_frames_are_reconstructed(tmp_path):
     folder = bobot_folder(tmp_path, bobot_row(0))
     assert "reconstructed" not in bobot(folder).source
