@@ -16,8 +16,9 @@ from mkt.files import DataError, existing_file, whole
 from mkt.regions import from_box, to_box
 from mkt.sequences import truth_formats
 from mkt.sequences.benchmarks import Found
+from mkt.sequences.video import ImageFolder
 from mkt.tracking import Info, Sequence, Track
-from mkt.types import Regions
+from mkt.types import NDArray, Regions
 
 COLUMNS = (
     "frame",
@@ -29,6 +30,7 @@ COLUMNS = (
     "score",
     "lost",
 )
+NOTHING = "correct the row, with NaN for all of the box where nothing was found"
 ONE = 1  # the id of the target in MOT's rows, and what its frames and pixels begin with
 
 
@@ -106,9 +108,7 @@ def read(path: Path, found: Found) -> tuple[Track, Sequence]:
     """
     path, clip = existing_file(path), found.sequence()
     if path.read_text("utf-8-sig", "replace").startswith(COLUMNS[0]):
-        _, rows = truth_formats.read_numbers(path, (len(COLUMNS),), header=True)
-        regions, lost = rows[:, 1:6], np.asarray(rows[:, 7] > 0)
-        regions[:, 2] = np.radians(regions[:, 2])
+        regions, lost = _ours(path, found)
     else:
         regions = _regions(path, found, clip)
         lost = np.asarray(np.isnan(regions).any(1))
@@ -121,31 +121,50 @@ def read(path: Path, found: Found) -> tuple[Track, Sequence]:
     return Track(regions, np.full(len(clip), np.nan), lost, {}), clip
 
 
+def _ours(path: Path, found: Found) -> tuple[Regions, NDArray]:
+    """The regions (T, 5) and where they are lost (T,), in our own table."""
+    lines, rows = truth_formats.read_numbers(path, (len(COLUMNS),), header=True)
+    # Of MOT a part of the sequence is shown, which `track` counts in the whole.
+    first = found.first if rows[0, 0] else 0
+    truth_formats.refuse_misnumbered(path, lines, rows[:, 0], ",".join(COLUMNS), first)
+    regions = rows[:, 1:6]
+    regions[:, 2] = np.radians(regions[:, 2])
+    truth_formats.refuse_no_region(path, lines, regions, NOTHING)
+    return regions, np.asarray(rows[:, 7] > 0)
+
+
 def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
     """The regions in a text of the form that a benchmark's truth has."""
     if found.archive.name == "MOT15":
         return _mot_regions(path, found, clip)
-    if found.archive.name == "BoBoT":
-        return truth_formats.bobot_regions(path, clip.frames)[1]
-    readers = {"OTB": truth_formats.otb_regions, "VOT": truth_formats.vot_regions}
-    return readers[found.archive.name](path)[1]
+    readers = {
+        "BoBoT": lambda path: truth_formats.bobot_regions(path, clip.frames),
+        "OTB": truth_formats.otb_regions,
+        "VOT": truth_formats.vot_regions,
+    }
+    lines, regions = readers[found.archive.name](path)[:2]
+    truth_formats.refuse_no_region(path, lines, regions, NOTHING)
+    return regions
 
 
 def _mot_regions(path: Path, found: Found, clip: Sequence) -> Regions:
-    _, rows = truth_formats.read_numbers(path, (10, 9, 7))
-    index = rows[:, 0].astype(int) - ONE - found.first
-    inside = (index >= 0) & (index < len(clip))
-    rows, index = rows[inside], index[inside]
+    lines, rows = truth_formats.read_numbers(path, (10, 9, 7))
+    truth_formats.refuse_nan(path, lines, rows[:, :6])  # a confidence may be unknown
+    first, length = found.first, len(ImageFolder(found.folder / "img1"))
+    index = truth_formats.mot_index(path, lines, rows, length) - first
     boxes = from_box(rows[:, 2:6] - [ONE, ONE, 0, 0])
     begun = index == 0
     if not begun.any():
         raise DataError(
             path,
-            f"no box in frame {found.first + ONE}, with which {found.name} begins",
+            f"no box in frame {first + ONE}, with which {found.name} begins",
             "give the rows of the whole sequence",
         )
     nearest = np.argmax(overlap(boxes[begun], clip.truth[0], upright=True))
     mine = rows[:, 1] == rows[begun][nearest, 1]
+    remedy = "correct the row, or remove it where nothing was found"
+    truth_formats.refuse_no_region(path, lines[mine], boxes[mine], remedy)
+    inside = mine & (index >= 0) & (index < len(clip))
     regions = np.full((len(clip), 5), np.nan)
-    regions[index[mine]] = boxes[mine]
+    regions[index[inside]] = boxes[inside]
     return regions

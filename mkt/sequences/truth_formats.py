@@ -40,6 +40,7 @@ from mkt.types import Array, ArrayLike, NDArray, Regions
 Text = tuple[NDArray, Regions]  # the line of each row (T,), the regions (T, 5)
 _ONE_BASED = np.array([1.0, 1.0, 0.0, 0.0])
 _LARGEST_ID = 2.0**53  # beyond it not every whole number is a float
+_WRONG = "the box is wrong: "
 _NO_TRUTH = ("source", "license", "readme")  # text files beside those with a truth
 
 
@@ -127,8 +128,8 @@ def _bobot_boxes(
     height, width = frames[0].shape[:2]
     size = np.array([width, height, width, height])
     if rows.shape[1] == 5:
-        _refuse_misnumbered(path, lines, rows[:, 0])
-        _refuse_nan(path, lines, rows)
+        refuse_misnumbered(path, lines, rows[:, 0], "index left top width height")
+        refuse_nan(path, lines, rows)
         boxes = rows[:, 1:] * size
         boxes[~boxes.any(1)] = np.nan
         return boxes
@@ -137,14 +138,33 @@ def _bobot_boxes(
     return np.concatenate([rows[:, :2], rows[:, 2:] - rows[:, :2]], 1)
 
 
-def _refuse_misnumbered(path: Path, lines: NDArray, index: Array) -> None:
-    wrong = np.flatnonzero(index != np.arange(len(index)))
+def refuse_misnumbered(
+    path: Path, lines: NDArray, index: Array, form: str, first: int = 0
+) -> None:
+    """Refuse the first row whose number (T,) is not one more than that before it.
+
+    Parameters
+    ----------
+    path, lines
+        See `read_numbers`.
+    index : (T,) array
+    form : str
+        What a row looks like, in words.
+    first : int
+        The number of the first row.
+
+    Raises
+    ------
+    DataError
+        Naming the file, the line and the remedy.
+    """
+    wrong = np.flatnonzero(index != first + np.arange(len(index)))
     if wrong.size:
         raise DataError(
             path,
             f"the first column is {index[wrong[0]]:g}, "
-            "but must count the rows 0, 1, 2, ...",
-            "put the missing rows back, as `index left top width height`",
+            f"but must count the rows {first}, {first + 1}, {first + 2}, ...",
+            f"put missing rows back and all in order, as `{form}`",
             int(lines[wrong[0]]),
         )
 
@@ -263,7 +283,7 @@ def mot(folder: str | os.PathLike, target: int) -> Sequence:
         )
     frames = ImageFolder(path.parents[1] / "img1")
     lines, rows = lines[mine], rows[mine]
-    index = _mot_index(path, lines, rows[:, 0], len(frames))
+    index = mot_index(path, lines, rows, len(frames))
     truth = np.full((len(frames), 5), np.nan)
     truth[index] = from_box(rows[:, 2:6] - _ONE_BASED)
     visibility = np.zeros(len(frames))
@@ -344,18 +364,36 @@ def _mot_rows(folder: str | os.PathLike) -> tuple[Path, NDArray, Array]:
     """The truth file of a MOT sequence, its lines and its rows."""
     path = existing_folder(folder) / "gt" / "gt.txt"
     lines, rows = read_numbers(path, (9, 10))
-    _refuse_nan(path, lines, rows)
+    refuse_nan(path, lines, rows)
     ids = rows[:, 1]
     broken = (ids != np.round(ids)) | (np.abs(ids) > _LARGEST_ID)
     _refuse(path, lines, broken, "the id is no whole number", "correct the row")
     return path, lines, rows
 
 
-def _mot_index(path: Path, lines: NDArray, numbers: Array, length: int) -> NDArray:
-    """Frame numbers, which count from 1, as indices (T,)."""
+def mot_index(path: Path, lines: NDArray, rows: Array, length: int) -> NDArray:
+    """Frame numbers of MOT, which count from 1, as indices.
+
+    Parameters
+    ----------
+    path, lines, rows
+        See `read_numbers`; rows begin with frame and id, and none is NaN.
+    length : int
+        How many frames the whole sequence has.
+
+    Returns
+    -------
+    (T,) int array
+
+    Raises
+    ------
+    DataError
+        Naming the file, the line and the remedy.
+    """
+    numbers = rows[:, 0]
     wrong = (numbers != np.round(numbers)) | (numbers < 1) | (numbers > length)
-    repeated = np.ones(len(numbers), bool)
-    repeated[np.unique(numbers, return_index=True)[1]] = False
+    repeated = np.ones(len(rows), bool)
+    repeated[np.unique(rows[:, :2], axis=0, return_index=True)[1]] = False
     remedy = "correct or remove the row, or add the missing frames"
     _refuse(path, lines, wrong, f"the frame is not one of 1 to {length}", remedy)
     _refuse(path, lines, repeated, "a second row for the same frame and id", remedy)
@@ -518,7 +556,14 @@ def _refuse(
         raise DataError(path, what, remedy, line)
 
 
-def _refuse_nan(path: Path, lines: NDArray, rows: Array) -> None:
+def refuse_nan(path: Path, lines: NDArray, rows: Array) -> None:
+    """Refuse the first row with a NaN.
+
+    Raises
+    ------
+    DataError
+        Naming the file, the line and the remedy.
+    """
     bad = np.isnan(rows).any(1)
     _refuse(path, lines, bad, "NaN is not allowed in this format", "correct the row")
 
@@ -560,20 +605,46 @@ def _check(
 
     A row all of NaN is a hidden target, where `hidden` is allowed.
     """
+    remedy = "correct the row, or check that the format is the right one"
+    refuse_no_region(path, lines, regions, remedy, hidden)
     height, width = frames[0].shape[:2]
+    x, y, w, h = to_box(regions).T
+    outside = (x >= width) | (y >= height) | (x + w <= 0) | (y + h <= 0)
+    what = f"{_WRONG}it lies outside the image of {width}x{height} px"
+    _refuse(path, lines, outside, what, remedy)
+
+
+def refuse_no_region(
+    path: str | os.PathLike,
+    lines: NDArray | None,
+    regions: Regions,
+    remedy: str,
+    hidden: bool = True,
+) -> None:
+    """Refuse the first of the regions (T, 5) that has not a centre and a size.
+
+    Parameters
+    ----------
+    path, lines
+        See `read_numbers`; None where there are no lines.
+    regions : (T, 5) array
+    remedy : str
+        What to do about it.
+    hidden : bool
+        Whether one may be all of NaN.
+
+    Raises
+    ------
+    DataError
+        Naming the file, the line and the remedy.
+    """
     part = np.isnan(regions).any(1)
     if hidden:
         part &= ~np.isnan(regions[:, [0, 1, HX, HY]]).all(1)
-    flat = (regions[:, [HX, HY]] <= 0).any(1)
-    large = (regions[:, [HX, HY]] > LONGEST).any(1)
-    x, y, w, h = to_box(regions).T
-    outside = (x >= width) | (y >= height) | (x + w <= 0) | (y + h <= 0)
     faults = {
         "some of its numbers are NaN": part,
-        "its width or height is zero or negative": flat,
-        "it is larger than any image": large,
-        f"it lies outside the image of {width}x{height} px": outside,
+        "its width or height is zero or negative": (regions[:, [HX, HY]] <= 0).any(1),
+        "it is larger than any image": (regions[:, [HX, HY]] > LONGEST).any(1),
     }
-    remedy = "correct the row, or check that the format is the right one"
     for what, bad in faults.items():
-        _refuse(path, lines, bad, f"the box is wrong: {what}", remedy)
+        _refuse(path, lines, bad, _WRONG + what, remedy)

@@ -136,3 +136,109 @@ def test_what_does_not_fit_is_refused(data, tmp_path, name, rows, said):
     write(tmp_path / "found.txt", rows)
     with pytest.raises(DataError, match=said):
         tracks.read(tmp_path / "found.txt", named(name))
+
+
+def ours(path):
+    """A table of ours for walk:9 in a file; returns its head and its rows."""
+    truth = named("walk:9").sequence().truth
+    tracks.write(Track(truth, np.ones(4), np.zeros(4, bool), {}), path)
+    head, *rows = path.read_text().splitlines()
+    return head, rows
+
+
+def changed(row, column, text):
+    """A row of text with another field."""
+    fields = row.split(",")
+    fields[column] = text
+    return ",".join(fields)
+
+
+@pytest.mark.parametrize(
+    "hurt, line, said",
+    [
+        (lambda a, b, c, d: [d, c, b, a], 2, "is 3, but must .* 1, 2, 3,.* in order"),
+        (
+            lambda a, b, c, d: [b, c, d, d],
+            5,
+            "is 3, but must .* 1, 2, 3,.* put missing",
+        ),
+        (lambda a, b, c, d: [a, b, b, d], 4, "the first column is 1, but must count"),
+        (lambda a, b, c, d: [a, changed(b, 0, "nan"), c, d], 3, "column is nan"),
+        (
+            lambda a, b, c, d: [a, b, changed(c, 4, "0"), d],
+            4,
+            "width or height is zero",
+        ),
+        (lambda a, b, c, d: [a, b, c, changed(d, 5, "-6")], 5, "negative; .* with NaN"),
+        (lambda a, b, c, d: [a, changed(b, 1, "nan"), c, d], 3, "some of its numbers"),
+    ],
+    ids=["backwards", "cut", "twice", "no number", "flat", "negative", "half"],
+)
+def test_a_damaged_table_of_ours_is_named_with_its_line(
+    hurt, line, said, data, tmp_path
+):
+    path = tmp_path / "mine.csv"
+    head, rows = ours(path)
+    path.write_text("\n".join([head, *hurt(*rows)]))
+    with pytest.raises(DataError, match=f"mine.csv, line {line}: .*{said}"):
+        tracks.read(path, named("walk:9"))
+
+
+def test_a_table_of_ours_may_count_as_the_whole_of_mot_does(data, tmp_path):
+    path = tmp_path / "mine.csv"
+    head, rows = ours(path)
+    rows = [changed(row, 0, str(k)) for k, row in enumerate(rows, 1)]
+    path.write_text("\n".join([head, *rows]))
+    track, clip = tracks.read(path, named("walk:9"))
+    assert np.allclose(track.regions, clip.truth)
+
+
+@pytest.mark.parametrize(
+    "column, number, line, said",
+    [
+        (0, 3.9, 2, "the frame is not one of 1 to 6; correct"),
+        (0, 7, 2, "the frame is not one of 1 to 6; correct"),
+        (0, np.nan, 2, "NaN is not allowed"),
+        (3, np.nan, 2, "NaN is not allowed"),
+        (0, 4, 3, "a second row for the same frame and id; correct or remove"),
+        (4, -20, 2, "its width or height is zero or negative; .*remove it"),
+    ],
+)
+def test_damaged_rows_of_mot_are_named_with_their_line(
+    column, number, line, said, data, tmp_path
+):
+    rows = mot(1, data[1:5], 2)
+    rows[1][column] = number
+    write(tmp_path / "found.txt", rows)
+    with pytest.raises(DataError, match=f"found.txt, line {line}: .*{said}"):
+        tracks.read(tmp_path / "found.txt", named("walk:9"))
+
+
+def test_mot_s_rows_may_lack_a_confidence(data, tmp_path):
+    rows = [[*row[:6], np.nan, 1, 1] for row in mot(1, data[1:5], 2)]
+    write(tmp_path / "found.txt", rows)
+    track, clip = tracks.read(tmp_path / "found.txt", named("walk:9"))
+    assert np.allclose(track.regions, clip.truth)
+
+
+@pytest.mark.parametrize(
+    "name, row",
+    [
+        ("OTB/car", [9, 9, -20, 12]),
+        ("cat", [9, 9, 20, 0]),
+        ("BoBoT/ball", [40, 9, 20, 12]),
+    ],
+)
+def test_boxes_without_a_size_are_refused_in_every_form(data, tmp_path, name, row):
+    write(tmp_path / "found.txt", [[9, 9, 20, 12], row] + 4 * [[9, 9, 20, 12]])
+    said = "found.txt, line [12]: .* zero or negative; .* NaN for all of the box where"
+    with pytest.raises(DataError, match=said):
+        tracks.read(tmp_path / "found.txt", named(name))
+
+
+def test_a_frame_without_a_box_is_a_row_of_nan(data, tmp_path):
+    rows = data + [1, 1, 0, 0]
+    rows[2] = np.nan
+    write(tmp_path / "found.txt", rows)
+    track, _ = tracks.read(tmp_path / "found.txt", named("OTB/car"))
+    assert track.lost.tolist() == [0, 0, 1, 0, 0, 0]
