@@ -6,11 +6,14 @@ to import a module is to run it.
 """
 
 import importlib
+import traceback
 from dataclasses import is_dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from mkt.files import DataError
 from mkt.scenes.drawn import Drawn
 from mkt.trackers import by_name
 from mkt.tracking import Tracker
@@ -37,7 +40,8 @@ def enter(name: str) -> str:
     Raises
     ------
     ValueError
-        When there is no such thing, or it is no tracker.
+        When there is no such thing, or it is no tracker; DataError with the line in
+        which its module fails.
     """
     if ":" in name and name not in by_name.TRACKERS:
         by_name.add(name, _made(name), name)
@@ -72,6 +76,8 @@ def _made(name: str) -> Tracker:
         tracker = thing() if isinstance(thing, type) else thing
     except TypeError as error:
         raise ValueError(f"{name}: {error}; {WANTED}") from None
+    except Exception as error:
+        raise _mistake(error) or error from None
     frozen = is_dataclass(tracker) and tracker.__dataclass_params__.frozen
     if not (frozen and hasattr(tracker, "init") and hasattr(tracker, "step")):
         raise ValueError(f"{name} is not a tracker: {WANTED}")
@@ -83,8 +89,33 @@ def _named(name: str) -> Any:
     module, _, attribute = name.partition(":")
     try:
         return getattr(importlib.import_module(module), attribute)
-    except (ImportError, AttributeError, TypeError, ValueError) as error:
-        raise ValueError(
+    except Exception as error:
+        raise _mistake(error) or ValueError(
             f"{name}: {error}; give the tracker as module:Class, from the folder in "
             "which module.py lies"
         ) from None
+
+
+def _mistake(error: Exception) -> DataError | None:
+    """What is wrong in a module of the user's; None where none of it has run."""
+    place = _place(error)
+    if place is None:
+        return None
+    what = traceback.format_exception_only(error)[-1].strip()
+    return DataError(place[0], what, "correct it there, and run this again", place[1])
+
+
+def _place(error: Exception) -> tuple[str, int | None] | None:
+    """File and line of the user's in which something failed."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return error.filename, error.lineno
+    stack = traceback.extract_tb(error.__traceback__)
+    theirs = [(f.filename, f.lineno) for f in stack if not _on_the_way(f.filename)]
+    # Below the first one's folder are packages that it calls: not what is to be mended.
+    near = [at for at in theirs if Path(at[0]).parent == Path(theirs[0][0]).parent]
+    return near[-1] if near else None
+
+
+def _on_the_way(file: str) -> bool:
+    """Whether code stands between the command and the user's: ours, or Python's."""
+    return file in (__file__, importlib.__file__) or file.startswith("<")

@@ -46,7 +46,8 @@ def own(tmp_path, monkeypatch):
     yield tmp_path
     for name in [name for name in by_name.TRACKERS if ":" in name]:
         del by_name.TRACKERS._entries[name], by_name.LABELS[name]
-    sys.modules.pop("resting", None)
+    for name in "resting", "mistaken":
+        sys.modules.pop(name, None)
 
 
 def run(*words):
@@ -115,3 +116,32 @@ def test_what_a_board_would_miss_is_said_before_the_runs(own):
 def test_what_is_no_tracker_is_refused_in_a_sentence(own, name, said):
     with pytest.raises(ValueError, match=said):
         own_tracker.enter(name)
+
+
+MISTAKEN = """
+from dataclasses import dataclass
+
+@dataclass(frozen=True)
+class Hasty:
+    def __post_init__(self):
+        int("one")
+"""
+
+
+@pytest.mark.parametrize(
+    "code, name, said",
+    [
+        ("x = 1\ndef f(:\n", "T", "line 2: SyntaxError: invalid syntax; correct it"),
+        ("\nx = nothing\n", "T", "line 2: NameError: name 'nothing' is not defined;"),
+        ("import resting\n1 / 0\n", "T", "line 2: ZeroDivisionError: division by zero"),
+        ("import nowhere\n", "T", "line 1: ModuleNotFoundError: No module named"),
+        ("import json\n\njson.loads('[')\n", "T", "line 3: json.* Expecting value"),
+        (MISTAKEN, "Hasty", "line 7: ValueError: invalid literal for int"),
+    ],
+    ids=["syntax", "name", "error", "import", "below", "made"],
+)
+def test_a_mistake_in_it_is_the_user_s_and_has_its_line(own, code, name, said):
+    (own / "mistaken.py").write_text(code)
+    words = ("--box", "9,9,20,20", "--tracker", f"mistaken:{name}")
+    with pytest.raises(SystemExit, match=f"^mkt track: .*mistaken.py, {said}"):
+        run("track", "car.mkv", *words)
