@@ -16,6 +16,10 @@ from mkt.sequences.writing import video_writer
 from mkt.types import Frame
 
 SLOWEST, FASTEST = 1, 240  # frames a second, between which a camera is believed
+REMEDY = (
+    "plug one in, close other programs that use it, or choose a file; "
+    "a kernel on another machine cannot see yours"
+)
 
 
 def record(path: Path, seconds: float, camera: int = 0) -> Generator[Frame]:
@@ -37,32 +41,34 @@ def record(path: Path, seconds: float, camera: int = 0) -> Generator[Frame]:
     Raises
     ------
     DataError
-        When the kernel sees no such camera or its pictures stop.
+        When the kernel sees no such camera, or its pictures stop; the file keeps those
+        that came.
     OSError
         When the file cannot be written.
     """
     with quiet():
         capture = cv2.VideoCapture(camera)
     try:
-        first, fps = _read(capture, camera), capture.get(cv2.CAP_PROP_FPS)
+        first, fps = _read(capture), capture.get(cv2.CAP_PROP_FPS)
+        if first is None:
+            what = "this kernel sees no camera, or it gives no picture"
+            raise DataError(f"webcam {camera}", what, REMEDY)
         if not SLOWEST <= fps <= FASTEST:  # some cameras answer 0, some nonsense
             fps = FPS
-        further = (_read(capture, camera) for _ in range(1, round(seconds * fps)))
+        length = max(1, round(seconds * fps))
+        pictures = chain([first], (_read(capture) for _ in range(1, length)))
         with video_writer(path, first.shape[1::-1], fps) as writer:
-            for picture in chain([first], further):
+            for done, picture in enumerate(pictures):
+                if picture is None:
+                    what = f"its pictures stopped; {path} has {done} of {length}"
+                    raise DataError(f"webcam {camera}", what, REMEDY)
                 writer.write(picture)
                 yield cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
     finally:
         capture.release()
 
 
-def _read(capture: cv2.VideoCapture, camera: int) -> Frame:
+def _read(capture: cv2.VideoCapture) -> Frame | None:
+    """The camera's next picture (H, W, 3) uint8 BGR; None if there is none."""
     good, picture = capture.read() if capture.isOpened() else (False, None)
-    if not good:
-        raise DataError(
-            f"webcam {camera}",
-            "this kernel sees no camera, or its pictures stopped",
-            "plug one in, close other programs that use it, or choose a file; "
-            "a kernel on another machine cannot see yours",
-        )
-    return picture
+    return picture if good else None

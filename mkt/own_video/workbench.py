@@ -166,8 +166,11 @@ class Workbench(ipywidgets.VBox):
         FOLDER.mkdir(exist_ok=True)
         output = FOLDER / time.strftime("webcam-%Y%m%d-%H%M%S.avi")
         pictures = webcam.record(output, self.source.seconds.value)
-        await self.report.watch(pictures, None, "recording")
-        self.source.other.value = str(output)
+        try:
+            await self.report.watch(pictures, None, "recording")
+        finally:
+            if output.exists():  # also what a camera saw before it stopped
+                self.source.other.value = str(output)
 
 
 def _button(name: str, icon: str, tooltip: str) -> ipywidgets.Button:

@@ -388,12 +388,24 @@ def test_a_stopped_recording_is_kept(panel, monkeypatch):
     assert 0 < len(panel.clip) < 250 and panel.clip.fps == 25.0
 
 
-@pytest.mark.parametrize("pictures", [0, 3])
-def test_no_camera_or_one_that_stops_is_said_plainly(pictures, panel, monkeypatch):
-    plug_in(monkeypatch, Camera(pictures))
+def test_no_camera_is_said_plainly_and_the_clip_stays(panel, place, monkeypatch):
+    plug_in(monkeypatch, Camera(0))
     press(panel.source.camera, panel)
-    assert "this kernel sees no camera" in note(panel)
-    assert panel.state == READY
+    assert "it gives no picture; plug one in" in note(panel)
+    assert panel.state == READY and panel.clip.name == "car"
+    assert not list(place.glob("tracked/*"))
+
+
+def test_what_a_camera_saw_before_it_stopped_is_named_and_chosen(
+    panel, place, monkeypatch
+):
+    plug_in(monkeypatch, Camera(30))
+    press(panel.source.camera, panel)
+    [file] = place.glob("tracked/webcam-*.avi")
+    name = file.relative_to(place)
+    assert f"its pictures stopped; {name} has 30 of 250; plug one in" in note(panel)
+    assert panel.source.path == str(name)
+    assert len(panel.clip) == 30 and panel.state == READY
 
 
 # Settings
