@@ -16,7 +16,6 @@ What the camera should do about it: `mkt.servoing.law`.  Explained in notebook 0
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -237,69 +236,19 @@ def moments(corners: ArrayLike) -> Array:
     ValueError
         Where it has no area.
     """
-    shape = _shape(*quadrature(corners))
-    m20, m11, m02 = shape.second
-    a_n = 1 / np.sqrt(shape.area)
-    alpha = np.arctan2(2 * m11, m20 - m02) / 2
-    return np.array([*(a_n * shape.centre), a_n, alpha])
-
-
-def interaction_matrix_tilted(corners: ArrayLike, plane: ArrayLike) -> Array:
-    """L of the features `moments`, for a target in a plane of any tilt.
-
-    Every point of the target moves by the interaction matrix of a point,
-    dx/dt = l(x) v.  So a moment m = int f(x) dx changes by
-    dm/dt = int (grad f . l + f div l) dx v.  The integrals are sums over nine points,
-    exact for the polynomials that occur here.
-
-    Parameters
-    ----------
-    corners : (4, 2) array_like
-        In normalised image coordinates, in order.
-    plane : (A, B, C) [1/m]
-        With 1 / Z = A x + B y + C.
-
-    Returns
-    -------
-    (4, 6) array
-
-    Raises
-    ------
-    ValueError
-        For a quadrilateral without area.
-    """
     points, weights = quadrature(corners)
-    a, centre, centred, (m20, m11, m02) = _shape(points, weights)
-    flow, divergence = _flow(points, plane)
-    u, v = centred
-    # The centre: f is a coordinate about it, over the area.
-    L_centre = (flow + divergence * centred[:, None]) @ weights / a
-    # The second moments: f is u^2, v^2 and u v.
-    squares = 2 * centred[:, None] * flow + divergence * centred[:, None] ** 2
-    L_20, L_02 = squares @ weights
-    L_11 = (u * flow[1] + v * flow[0] + divergence * u * v) @ weights
-    # The area: f is 1, and a_n = a^(-1/2).
+    a = weights.sum()
+    if not a > 0:
+        raise ValueError(
+            "the quadrilateral has no area, hence no features; "
+            "give four corners in order round the target"
+        )
+    centre = points @ weights / a
+    u, v = points - centre[:, None]
+    m20, m11, m02 = np.array([u * u, u * v, v * v]) @ weights
     a_n = 1 / np.sqrt(a)
-    L_an = -a_n / (2 * a) * (divergence @ weights)
-    # The axis: tan(2 alpha) = 2 m11 / (m20 - m02).
-    difference = m20 - m02
-    numerator = difference * L_11 - m11 * (L_20 - L_02)
-    L_alpha = numerator / (difference**2 + 4 * m11**2)
-    # x_n = a_n x_g and y_n = a_n y_g by the product rule.
-    L_xy = a_n * L_centre + np.outer(centre, L_an)
-    return np.array([*L_xy, L_an, L_alpha])
-
-
-def _flow(points: Array, plane: ArrayLike) -> tuple[Array, Array]:
-    """The interaction matrices l (2, 6, 9) of points (2, 9), and div l (6, 9)."""
-    x, y = points
-    A, B, C = np.asarray(plane, float)
-    d = A * x + B * y + C  # inverse depths
-    o = np.zeros_like(x)
-    along_x = [-d, o, x * d, x * y, -1 - x * x, y]
-    along_y = [o, -d, y * d, 1 + y * y, -x * y, -x]
-    divergence = [o - A, o - B, 3 * d - C, 3 * y, -3 * x, o]
-    return np.array([along_x, along_y]), np.array(divergence)
+    alpha = np.arctan2(2 * m11, m20 - m02) / 2
+    return np.array([*(a_n * centre), a_n, alpha])
 
 
 def quadrature(corners: ArrayLike) -> tuple[Array, Array]:
@@ -328,26 +277,3 @@ def quadrature(corners: ArrayLike) -> tuple[Array, Array]:
     points, ds, dt = np.asarray(corners, float).T @ maps
     stretch = np.abs(ds[0] * dt[1] - ds[1] * dt[0])
     return points, np.outer(weight, weight).ravel() * stretch
-
-
-class _Shape(NamedTuple):
-    """Area; centre (2,); points about the centre (2, 9); (mu_20, mu_11, mu_02)."""
-
-    area: float
-    centre: Array
-    centred: Array
-    second: Array
-
-
-def _shape(points: Array, weights: Array) -> _Shape:
-    """The moments of a quadrilateral, from its `quadrature`."""
-    a = weights.sum()
-    if not a > 0:
-        raise ValueError(
-            "the quadrilateral has no area, hence no features; "
-            "give four corners in order round the target"
-        )
-    centre = points @ weights / a
-    centred = points - centre[:, None]
-    u, v = centred
-    return _Shape(a, centre, centred, np.array([u * u, u * v, v * v]) @ weights)

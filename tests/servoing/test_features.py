@@ -12,9 +12,9 @@ from mkt.servoing.features import (
     error,
     features,
     interaction_matrix,
-    interaction_matrix_tilted,
     moments,
 )
+from tests.servoing.tilted import interaction_matrix_tilted
 
 MATRICES = Path(__file__).parent / "interaction_matrices.json"
 CASES = json.loads(MATRICES.read_text())["cases"]
@@ -124,7 +124,6 @@ def test_alpha_is_the_longer_axis():
         ("no area", lambda: features([0, 0, 0, 1, 0], UNIT)),
         ("no area", lambda: interaction_matrix([0, 0, 0, 1, 0], UNIT, 0.01)),
         ("no area", lambda: moments(np.zeros((4, 2)))),
-        ("no area", lambda: interaction_matrix_tilted(np.zeros((4, 2)), (0, 0, 1))),
         ("surface", lambda: interaction_matrix(GOLDEN, UNIT, 0.0)),
         ("square", lambda: interaction_matrix([0, 0, 0, 1, 1], UNIT, 0.01, "alpha")),
         ("focal", lambda: Camera(0.0)),
