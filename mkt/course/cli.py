@@ -26,7 +26,7 @@ from mkt.course.commands import (
     test,
     track,
 )
-from mkt.files import is_clone
+from mkt.files import DataError, is_clone
 
 # In the order in which --help names them.
 COMMANDS = (book, test, lab, figure, claims, track, bench, data, doctor, labs, slides)
@@ -115,8 +115,8 @@ def door(command: str) -> Iterator[None]:
     """The way out for every error: the program ends with one sentence.
 
     Input that cannot be used is a ValueError or an OSError, whose message says what to
-    do; a light install lacks packages that some commands need.  Any other is a fault
-    of ours.
+    do; a light install lacks packages that some commands need; a tracker of the user's
+    own may fail.  Any other is a fault of ours.
     """
     try:
         yield
@@ -127,7 +127,8 @@ def door(command: str) -> Iterator[None]:
     except MemoryError:
         sys.exit(f"mkt {command}: {TOO_LARGE}")
     except Exception as error:
-        sys.exit(f"mkt {command}: {_without_extras(error) or _fault(error)}")
+        said = _without_extras(error) or _in_own_tracker(error) or _fault(error)
+        sys.exit(f"mkt {command}: {said}")
 
 
 def _without_extras(error: Exception) -> str:
@@ -135,6 +136,13 @@ def _without_extras(error: Exception) -> str:
     missing = isinstance(error, ModuleNotFoundError) and environment.is_by_hand()
     name = getattr(error, "name", None) or ""
     return MISSING.format(name) if missing and not name.startswith("mkt") else ""
+
+
+def _in_own_tracker(error: Exception) -> DataError | None:
+    """Where a tracker of the user's own failed; None for other errors."""
+    from mkt.course import own_tracker  # heavy, and there already if it was needed
+
+    return own_tracker.failed(error)
 
 
 def _fault(error: Exception) -> str:

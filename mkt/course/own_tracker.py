@@ -6,6 +6,7 @@ to import a module is to run it.
 """
 
 import importlib
+import inspect
 import traceback
 from dataclasses import is_dataclass
 from pathlib import Path
@@ -96,11 +97,25 @@ def _named(name: str) -> Any:
         ) from None
 
 
+def failed(error: Exception) -> DataError | None:
+    """What is wrong in a tracker that was entered and failed while it ran.
+
+    None where no line of one was on the way to the error.
+    """
+    own = [by_name.get(name) for name in by_name.TRACKERS if ":" in name]
+    files = {inspect.getfile(type(tracker)) for tracker in own}
+    stack = traceback.extract_tb(error.__traceback__)
+    theirs = [(f.filename, f.lineno) for f in stack if f.filename in files]
+    return _told(error, theirs[-1]) if theirs else None
+
+
 def _mistake(error: Exception) -> DataError | None:
     """What is wrong in a module of the user's; None where none of it has run."""
     place = _place(error)
-    if place is None:
-        return None
+    return _told(error, place) if place else None
+
+
+def _told(error: Exception, place: tuple[str, int | None]) -> DataError:
     what = traceback.format_exception_only(error)[-1].strip()
     return DataError(place[0], what, "correct it there, and run this again", place[1])
 

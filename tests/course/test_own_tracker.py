@@ -29,6 +29,11 @@ class Silent(Still):
     def step(self, state, frame, rng):
         return state, {"region": state, "score": 1.0, "lost": False}
 
+@dataclass(frozen=True)
+class Stumbling(Still):
+    def step(self, state, frame, rng):
+        return state["nothing"]
+
 class Loose(Still):
     def __init__(self, shift): pass
 
@@ -96,6 +101,16 @@ def test_it_stands_on_the_board(own, monkeypatch, capsys):
     names = {path.name for path in (own / "t").glob("resting_Still-*")}
     both = {f"resting_Still-base-{seed}" for seed in (0, 1)}
     assert names == {f"{name}{ending}" for name in both for ending in (".csv", ".txt")}
+
+
+def test_what_fails_while_it_runs_is_told_with_its_line(own):
+    films.write(own / "car.mkv", films.driving(3).frames)
+    words = ("--box", "55,48,50,24", "--tracker", "resting:Stumbling", "-o", "a.mkv")
+    with pytest.raises(SystemExit) as stopped:
+        run("track", "car.mkv", *words)
+    line = 1 + CODE.splitlines().index('        return state["nothing"]')
+    assert f"resting.py, line {line}: IndexError: " in stopped.value.code
+    assert "correct it there" in stopped.value.code
 
 
 def test_what_a_board_would_miss_is_said_before_the_runs(own):
