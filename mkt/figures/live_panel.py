@@ -31,7 +31,8 @@ class LivePanel(anywidget.AnyWidget):
     first : dict
         The data that it begins with, {name: content}; for others the browser asks.
     moved : dict
-        Where its controls stand, once one was moved: choices by their labels.
+        Where its controls stand, once one was moved: numbers, and choices by their
+        labels.
     """
 
     _esm = f"{bundle('widget')}export default {{ render: widget_js.render }};\n"
@@ -66,8 +67,9 @@ class LivePanel(anywidget.AnyWidget):
     def _value(self, name: str, told: Any) -> Any:
         """The value of a control in the browser, as the figure's function takes it."""
         positions = self._entry.sliders[name]
-        if isinstance(positions, list):
+        if isinstance(told, str):
             return {label(each): each for each in positions}[told]
+        # The browser moves some freely that Python offers as a list of numbers.
         whole = all(isinstance(number, int) for number in positions)
         return int(told) if whole else float(told)
 

@@ -62,6 +62,15 @@ def test_values_are_as_the_function_takes_them(panel):
     assert newton.values["derivative_of_c"] is False
 
 
+def test_numbers_that_python_offers_as_a_list_move_freely_in_the_browser():
+    locus = explore("own.root_locus")
+    told = {"gain": 1.35, "delay": 5, "compensation": "raw", "fps": 7.5, "mismatch": 1}
+    locus.moved = told
+    assert locus.values == told
+    assert repr(locus.values["delay"]) == "5"
+    assert locus.shown.table.equals(locus._entry.draw(**told)[1].table)
+
+
 def test_shown_is_pythons_for_the_same_values(panel):
     panel.moved = {"layout": "one", "extent": 10}
     wanted = panel._entry.draw(layout="one", extent=10)[1]
