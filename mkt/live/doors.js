@@ -22,7 +22,7 @@ class Doors {
     const fields = {
       placement,
       particles,
-      frame,
+      frame: { ...frame, only: true }, // those of which there are data
       seed,
       x1: own("left door: x [px]", width - 1, x1),
       y1: own("left door: y [px]", height - 1, y),

@@ -30,16 +30,29 @@ export async function pixels(address) {
 
 let serial = 0;
 
+const isWhole = ({ low, step }) => Number.isInteger(low) && Number.isInteger(step);
+
+// The value next to one at which a control can stand: a whole number where its steps are
+// whole, and one of these where a figure has data for them `only`.
+function nearest(field, value) {
+  const { options, low, high, step, only } = field;
+  if (options) return value;
+  const unit = only ? step : 1;
+  const there = isWhole(field) ? low + unit * Math.round((value - low) / unit) : value;
+  return Math.min(Math.max(there, low), high);
+}
+
 // A value as words give it, or an error that says what may stand there.
 function understood(field, words) {
-  const { options, low, high } = field;
+  const { options, low, high, step, only } = field;
   if (options) {
     if (options.includes(words)) return words;
     throw new Error(`must be one of ${options.join(", ")}`);
   }
   const value = Number(words);
-  if (words.trim() !== "" && value >= low && value <= high) return value;
-  throw new Error(`must be a number from ${low} to ${high}`);
+  if (words.trim() !== "" && value === nearest(field, value)) return value;
+  const kind = isWhole(field) ? "a whole number" : "a number";
+  throw new Error(`must be ${kind} from ${low} to ${high}${only ? ` in steps of ${step}` : ""}`); // prettier-ignore
 }
 
 const places = ({ step }) => (step < 1 ? (step < 0.1 ? 2 : 1) : 0);
@@ -72,8 +85,9 @@ function inputOf(name, field, moved) {
 }
 
 // Controls of a figure.  `fields` has {name: field}; a field with `own` is no parameter
-// of the figure in Python.  `changed(values, quick, asked)` follows every move; `asked` is
-// one that a link or the reset button asks for.
+// of the figure in Python, one with `only` has nothing between its steps.
+// `changed(values, quick, asked)` follows every move; `asked` is one that a link or the
+// reset button asks for.
 export class Controls {
   constructor(figure, fields, changed) {
     Object.assign(this, { figure, fields, changed, inputs: {} });
@@ -97,10 +111,8 @@ export class Controls {
 
   // Move some controls; `quick` while a hand is still moving them.
   set(values, quick = false, asked = false) {
-    for (const [name, value] of Object.entries(values)) {
-      const { low, high, options } = this.fields[name];
-      this.values[name] = options ? value : Math.min(Math.max(value, low), high);
-    }
+    for (const [name, value] of Object.entries(values))
+      this.values[name] = nearest(this.fields[name], value);
     this.show();
     this.changed(this.values, quick, asked);
     if (!quick) host.keep(this.key, this.settings(), this.values);

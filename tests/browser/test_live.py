@@ -183,6 +183,7 @@ def test_what_is_saved_is_what_is_shown(opened, tmp_path):
         ("layout=<img src=x onerror=alert(1)>", "must be one of one, 2x2"),
         ("span=9", "must be a number from 0.4 to 1.4"),
         ("span=", "must be a number"),
+        ("extent=12.5", "must be a whole number from 10 to 40"),
         ("__proto__=1&constructor=2", "there is no __proto__"),
         ("%3Cscript%3Ealert(1)%3C/script%3E=1", "there is no <script>"),
     ],

@@ -5,6 +5,7 @@ import json
 import shutil
 import subprocess
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from mkt.files import PACKAGE
 from tests.browser.conftest import browser, driver  # noqa: F401, fixtures
 
 ENGINE = PACKAGE / "live" / "engine.js"
+# Where node takes the place of a browser's page.
+DOCUMENT = Path(__file__).with_name("document.js").read_text("utf-8")
 # A text as a module, and what a function body makes of it and of some data, as JSON.
 LOAD = """async (text) => {
   const url = `data:text/javascript,${encodeURIComponent(text)}`;

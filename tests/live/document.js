@@ -1,0 +1,52 @@
+// As much of a browser's page as live figures need to begin in node: elements that keep
+// what they are told, and watchers that can be counted.
+
+class Element extends EventTarget {
+  constructor(tag) {
+    super();
+    Object.assign(this, { tag, children: [], style: {}, attributes: {}, clientWidth: 0 });
+    const names = new Set();
+    this.classList = { add: (name) => names.add(name) };
+  }
+  setAttribute(name, value) {
+    this.attributes[name] = value;
+  }
+  removeAttribute(name) {
+    delete this.attributes[name];
+  }
+  append(...nodes) {
+    this.children.push(...nodes);
+  }
+  prepend(...nodes) {
+    this.children.unshift(...nodes);
+  }
+  // All that is inside, or what has a tag.
+  querySelectorAll(tag) {
+    const inside = this.children
+      .filter((node) => node instanceof Element)
+      .flatMap((node) => [node, ...node.querySelectorAll("*")]);
+    return tag === "*" ? inside : inside.filter((node) => node.tag === tag);
+  }
+  querySelector(tag) {
+    return this.querySelectorAll(tag)[0] ?? null;
+  }
+}
+
+class Watcher {
+  observe() {}
+  disconnect() {}
+}
+
+class Helper {
+  postMessage() {}
+  terminate() {}
+}
+
+if (!globalThis.document)
+  Object.assign(globalThis, {
+    document: { createElement: (tag) => new Element(tag), body: new Element("body") },
+    matchMedia: () => new EventTarget(),
+    MutationObserver: Watcher,
+    ResizeObserver: Watcher,
+    Worker: Helper,
+  });

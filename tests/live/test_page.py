@@ -1,0 +1,78 @@
+"""The controls of live figures stand only where there is something to show."""
+
+import pytest
+
+from mkt.figures.live import joined
+from tests.live.conftest import DOCUMENT, fixture_of
+
+EXPORTS = "\nexport const { Controls } = page_js, { host } = host_js;"
+CONTROLS = """
+const { Controls, host } = live;
+const seen = [];
+Object.assign(host, { heard() {}, keep() {}, asked: () => data.words });
+const each = (values) => seen.push({ ...values });
+const controls = new Controls("own.toy", data.fields, each);
+"""
+FREE = {"low": 0.4, "high": 1.4, "step": 0.1, "value": 1.0}
+WHOLE = {"low": 0, "high": 4, "step": 2, "value": 0}
+ONLY = {"low": 101, "high": 141, "step": 5, "value": 101, "only": True}
+
+page = fixture_of(DOCUMENT + joined("page") + EXPORTS)
+
+
+def read(engine, words, **fields):
+    """The values that a link asks for, and what is said of it."""
+    values, said = engine(
+        CONTROLS + "controls.read(); return [seen[0], controls.note.textContent];",
+        words=words,
+        fields=fields,
+    )
+    return values, said
+
+
+@pytest.mark.parametrize(
+    "field, word, complaint",
+    [
+        (FREE, "9", "must be a number from 0.4 to 1.4"),
+        (FREE, "", "must be a number from 0.4 to 1.4"),
+        (FREE, "NaN", "must be a number from 0.4 to 1.4"),
+        (WHOLE, "2.5", "must be a whole number from 0 to 4"),
+        (WHOLE, "5", "must be a whole number from 0 to 4"),
+        (ONLY, "103", "must be a whole number from 101 to 141 in steps of 5"),
+        (ONLY, "Infinity", "must be a whole number from 101 to 141 in steps of 5"),
+        ({"options": ["a", "b"], "value": "a"}, "c", "must be one of a, b"),
+    ],
+)
+def test_a_link_to_what_a_control_cannot_show_says_so(page, field, word, complaint):
+    values, said = read(page, f"toy={word}&other=1", toy=field, other=WHOLE)
+    assert values == {"toy": field["value"], "other": 1}
+    assert said == (
+        f"In this page's address toy is {word}, but {complaint}. The rest was taken."
+    )
+
+
+@pytest.mark.parametrize("field, number", [(FREE, 0.77), (WHOLE, 3), (ONLY, 136)])
+def test_a_link_to_what_a_control_can_show_is_followed(page, field, number):
+    assert read(page, f"toy={number}", toy=field) == ({"toy": number}, "")
+
+
+@pytest.mark.parametrize(
+    "field, typed, taken",
+    [
+        (FREE, 0.77, 0.77),
+        (FREE, 9, 1.4),
+        (WHOLE, 3, 3),
+        (WHOLE, 2.6, 3),
+        (ONLY, 103, 101),
+        (ONLY, 104, 106),
+        (ONLY, 500, 141),
+    ],
+)
+def test_a_control_moves_to_the_nearest_that_can_be_shown(page, field, typed, taken):
+    found = page(
+        CONTROLS + "controls.set({ toy: data.typed });"
+        "return [seen[0].toy, Number(controls.inputs.toy.typed.value)];",
+        fields={"toy": field},
+        typed=typed,
+    )
+    assert found == [taken, pytest.approx(taken, abs=0.05)]
