@@ -35,7 +35,7 @@ class LivePanel(anywidget.AnyWidget):
         labels.
     """
 
-    _esm = f"{bundle('widget')}export default {{ render: widget_js.render }};\n"
+    _esm = f"{bundle('widget')}export default widget_js;\n"
     _css = THEME.read_text("utf-8") + STYLE.read_text("utf-8")
     name = traitlets.Unicode().tag(sync=True)
     caption = traitlets.Unicode().tag(sync=True)

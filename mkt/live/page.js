@@ -26,6 +26,14 @@ export async function pixels(address) {
   return pen.getImageData(0, 0, canvas.width, canvas.height);
 }
 
+// What each element of a panel hears when the panel is gone for good, to end what runs on.
+export const GONE = "mkt-gone";
+
+export function leave(panel) {
+  for (const node of [panel, ...panel.querySelectorAll("*")])
+    node.dispatchEvent(new Event(GONE));
+}
+
 // Controls
 
 let serial = 0;
@@ -211,11 +219,16 @@ export class Canvas {
     this.node = el("canvas", { role: "img", "aria-label": label, class: "mkt-canvas" });
     Object.assign(this, { ratio, draw, least });
     const again = () => this.redraw();
-    new ResizeObserver(again).observe(this.node);
-    new MutationObserver(again).observe(document.body, {
-      attributeFilter: ["data-theme", "data-jp-theme-name"],
+    const [size, theme] = [new ResizeObserver(again), new MutationObserver(again)];
+    const night = matchMedia("(prefers-color-scheme: dark)");
+    size.observe(this.node);
+    theme.observe(document.body, { attributeFilter: ["data-theme", "data-jp-theme-name"] }); // prettier-ignore
+    night.addEventListener("change", again);
+    this.node.addEventListener(GONE, () => {
+      size.disconnect();
+      theme.disconnect();
+      night.removeEventListener("change", again);
     });
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
   }
 
   redraw() {

@@ -1,6 +1,6 @@
 // A button that plays a figure: a step at a time, until it is paused or at its end.
 
-import { el } from "./page.js";
+import { el, GONE } from "./page.js";
 
 export class Player {
   // `step()` moves on and says whether there is more; `said` is not read out meanwhile,
@@ -8,6 +8,7 @@ export class Player {
   constructor(said, step, done) {
     Object.assign(this, { said, step, done });
     this.node = el("button", { type: "button", onclick: () => this.turn() }, "play");
+    this.node.addEventListener(GONE, () => clearInterval(this.timer));
   }
 
   // Between two steps [1/s]; by a hand that turns it while it plays, too.

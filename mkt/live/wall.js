@@ -4,7 +4,7 @@
 import { beside, corners, errors, overlap } from "./engine.js";
 import { Exposure } from "./exposure.js";
 import { load, worker } from "./host.js";
-import { axes, Canvas, Controls, el, outline, pixels, takeOver } from "./page.js";
+import { axes, Canvas, Controls, el, GONE, outline, pixels, takeOver } from "./page.js";
 import { Player } from "./player.js";
 
 const SLICE = 12; // [ms] of painting before the page may breathe
@@ -40,6 +40,7 @@ class Wall {
     this.show(panel);
     this.hands();
     worker.onmessage = ({ data: answer }) => this.hear(answer);
+    panel.addEventListener(GONE, () => worker.terminate());
   }
 
   show(panel) {

@@ -2,13 +2,14 @@
 
 import { LIVE } from "./figures.js";
 import { host } from "./host.js";
-import { el } from "./page.js";
+import { el, leave } from "./page.js";
 
 // The kernel in the place of the page: it makes the data, and hears what is moved.
 function kernel(model) {
   const known = new Map(Object.entries(model.get("first")));
   const waiting = new Map();
-  model.on("msg:custom", ({ name, data }) => waiting.get(name)(data));
+  // Answers come to each browser, whichever has asked.
+  model.on("msg:custom", ({ name, data }) => waiting.get(name)?.(data));
   return {
     async load(name) {
       if (!known.has(name)) {
@@ -27,8 +28,13 @@ function kernel(model) {
   };
 }
 
-export async function render({ model, el: cell }) {
+// Once for a figure, in however many cells it is shown; a module is of one figure.
+export function initialize({ model }) {
   Object.assign(host, kernel(model));
+}
+
+// A cell's view; what is returned ends it.
+export function render({ model, el: cell }) {
   const name = model.get("name");
   const id = name.replace(".", "-"); // which a saved picture has as its name
   const words = el("figcaption");
@@ -40,9 +46,11 @@ export async function render({ model, el: cell }) {
   // on the element itself first.
   const own = ({ target }) => target.setAttribute("data-lm-suppress-shortcuts", "true");
   cell.append(el("div", { class: "mkt-cell", onfocusin: own }, panel));
-  try {
-    await LIVE[name](panel, name);
-  } catch (error) {
-    panel.prepend(el("p", { class: "mkt-note", role: "alert" }, error.message));
-  }
+  const say = ({ message }) => panel.prepend(el("p", { class: "mkt-note", role: "alert" }, message)); // prettier-ignore
+  const begun = LIVE[name](panel, name).catch(say);
+  const end = () => leave(panel);
+  return () => {
+    end();
+    begun.then(end); // of a view that goes while it begins
+  };
 }

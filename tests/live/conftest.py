@@ -21,16 +21,16 @@ LOAD = """async (text) => {
   const url = `data:text/javascript,${encodeURIComponent(text)}`;
   globalThis.live = await import(url);
 }"""
-CALL = """([body, data]) => {
+CALL = """async ([body, data]) => {
   const flat = (key, value) => (ArrayBuffer.isView(value) ? [...value] : value);
-  return JSON.stringify(new Function("live", "data", body)(live, data), flat);
+  return JSON.stringify(await new Function("live", "data", body)(live, data), flat);
 }"""
 IN_NODE = f"""
 import {{ createInterface }} from "node:readline";
 for await (const line of createInterface({{ input: process.stdin }})) {{
   const {{ load, call }} = JSON.parse(line);
   if (load) await ({LOAD})(load);
-  console.log(load ? "null" : ({CALL})(call));
+  console.log(load ? "null" : await ({CALL})(call));
 }}
 """
 # What bodies need beside the engine: pictures travel as base64 of their bytes.

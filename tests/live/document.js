@@ -14,6 +14,12 @@ class Element extends EventTarget {
   removeAttribute(name) {
     delete this.attributes[name];
   }
+  get textContent() {
+    return this.children.map((node) => node.textContent ?? node).join("");
+  }
+  set textContent(words) {
+    this.children = [words];
+  }
   append(...nodes) {
     this.children.push(...nodes);
   }

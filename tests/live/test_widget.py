@@ -1,0 +1,143 @@
+"""A live figure in JupyterLab: one kernel for all of its cells, and nothing stays."""
+
+import pytest
+
+from mkt.figures import explore
+from mkt.figures.live import bundle, content
+from tests.live.conftest import DOCUMENT, fixture_of, in_browser
+
+MODULE = (
+    f"{DOCUMENT}{bundle('widget')}export const {{ initialize, render }} = widget_js;"
+)
+# A kernel that sends what `data.kept` has at once, and all that still runs: {what}.
+MODEL = """
+const running = new Set();
+const counted = (name, begin, end) => {
+  globalThis[name] = class extends globalThis[name] {
+    constructor(...about) {
+      super(...about);
+      running.add(this);
+    }
+    [end]() {
+      running.delete(this);
+      super[end]();
+    }
+  };
+};
+counted("ResizeObserver", "observe", "disconnect");
+counted("MutationObserver", "observe", "disconnect");
+counted("Worker", "postMessage", "terminate");
+globalThis.matchMedia = () => ({
+  addEventListener: (_, again) => running.add(again),
+  removeEventListener: (_, again) => running.delete(again),
+});
+globalThis.setInterval = (work) => running.add(work) && work;
+globalThis.clearInterval = (work) => running.delete(work);
+
+const hearing = [];
+const answer = (message) => hearing.forEach((hear) => hear(message));
+const model = {
+  asked: [],
+  moved: null,
+  get: (name) => data[name],
+  set: (name, value) => (model[name] = value),
+  save_changes() {},
+  on: (_, hear) => hearing.push(hear),
+  send({ name }) {
+    model.asked.push(name);
+    if (data.kept?.[name]) answer({ name, data: data.kept[name] });
+  },
+};
+const rest = (ms = 50) => new Promise((next) => setTimeout(next, ms));
+const until = async (found) => {
+  for (let tries = 0; tries < 1000 && !found(); tries++) await rest(10);
+};
+const texts = (cell) => [...cell.querySelectorAll("p")].map((p) => p.textContent);
+const cells = [0, 1].map(() => document.createElement("div"));
+live.initialize({ model });
+const ends = cells.map((el) => live.render({ model, el }));
+"""
+
+widget = fixture_of(MODULE)
+
+
+@pytest.fixture
+def in_a_browser(browser):
+    """The widget where there are pictures, too."""
+    with in_browser(browser) as engine:
+        engine.load(MODULE)
+        yield engine
+
+
+def shown(engine, name, body, **data):
+    """What a body tells of a figure in two cells."""
+    about = {"name": name, "caption": "", "first": explore(name).first}
+    return engine(f"return (async () => {{ {MODEL} {body} }})();", **about, **data)
+
+
+def test_one_answer_of_the_kernel_is_for_all_cells_of_a_figure(widget):
+    trackers = explore("own.success").first["own.success"]["trackers"]
+    runs = {"seen": [[0.9, 0.1]] * len(trackers), "frames": 2}
+    body = """
+    await rest();
+    answer({ name: "what another browser asked for", data: null });
+    answer({ name: model.asked[0], data: data.runs });
+    await rest();
+    return { asked: model.asked, said: cells.map(texts) };
+    """
+    found = shown(widget, "own.success", body, runs=runs)
+    assert found["asked"] == ["success-occlusion-0"]
+    for words in found["said"]:
+        assert any("At T_lim = 0.2: first is" in each for each in words)
+
+
+PLAY = """
+const play = [...cell.querySelectorAll("button")].find((b) => b.textContent === "play");
+play?.dispatchEvent(new Event("click"));
+"""
+LEFT = f"""
+await until(() => running.size >= data.least);
+for (const cell of cells) {{ {PLAY} }}
+const before = running.size;
+ends[0]();
+await rest();
+const one = running.size;
+ends[1]();
+await rest();
+return [before, one, running.size];
+"""
+
+
+# Of each canvas two observers and the colours of the night, and what plays.
+@pytest.mark.parametrize(
+    "name, each",
+    [("own.root_locus", 6), ("cordoba2014.complexity", 7), ("own.success", 6)],
+)
+def test_nothing_of_a_figure_runs_on_when_its_cell_is_gone(widget, name, each):
+    assert shown(widget, name, LEFT, least=12) == [2 * each, each, 0]
+
+
+@pytest.mark.slow
+def test_the_worker_of_figure_6_ends_with_its_cell(in_a_browser):
+    name = "teuliere2009.fig6"
+    kept = {name: content(name) for name in ("own.beats", "workshop")}
+    assert shown(in_a_browser, name, LEFT, kept=kept, least=14) == [16, 8, 0]
+    soon = "ends.forEach((end) => end()); await until(() => running.size >= 14);"
+    soon += "await until(() => !running.size); return 'none';"
+    assert shown(in_a_browser, name, soon, kept=kept) == "none"
+
+
+@pytest.mark.slow
+def test_a_typed_frame_is_the_nearest_of_which_there_are_data(in_a_browser):
+    body = """
+    const [cell] = cells;
+    await until(() => texts(cell).some((words) => words.startsWith("Frame 101")));
+    const typed = cell.querySelector("[aria-label='frame, as a number']");
+    typed.value = "104";
+    typed.dispatchEvent(new Event("change"));
+    await until(() => texts(cell).some((words) => words.startsWith("Frame 106")));
+    return [typed.value, model.moved.frame, model.asked];
+    """
+    kept = {"doors-106": content("doors-106")}
+    found = shown(in_a_browser, "nummiaro2003.fig3", body, kept=kept)
+    assert found == ["106", 106, ["doors-106"]]
