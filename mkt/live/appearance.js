@@ -1,11 +1,10 @@
 // Whether the target is there, and where to wait for it: mkt.trackers.appearance, with
 // the ellipses of mkt.trackers.ellipses.
 
-import { look, pixelGrid } from "./engine.js";
+import { look, pixelGrid, ROUNDING } from "./engine.js";
 
 const BAND = 1; // width of the band along the borders, in half axes
 const SPREAD = 0.1; // of the size of placed particles
-const ROUNDING = 1e-9;
 const BINS = 50; // of the histogram of coefficients
 
 // The samples of the unit disc, as many as lie in it.
@@ -17,7 +16,7 @@ export function disc(samples) {
 
 // The histogram of an upright ellipse (m,), of sum 1 or all zero: (2), (3) of [N03], with
 // the printed radius.
-export function ellipseHistogram(image, disc, region) {
+function ellipseHistogram(image, disc, region) {
   const bins = look(image, disc, region);
   const [, , , hx, hy] = region;
   const f = (hx * hx) / (hx * hx + hy * hy);

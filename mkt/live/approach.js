@@ -2,7 +2,7 @@
 // and delay; the start is dragged, too.
 
 import { load } from "./host.js";
-import { axes, Canvas, Controls, el, number, outline, pixels, takeOver } from "./page.js"; // prettier-ignore
+import { axes, bitmap, Canvas, Controls, el, number, outline, takeOver } from "./page.js"; // prettier-ignore
 import { approached } from "./servoing.js";
 import { drawTable } from "./table.js";
 
@@ -197,7 +197,7 @@ class Approach {
 
 export async function approach(panel, name) {
   const data = await load(name);
-  const table = await createImageBitmap(await pixels(data.picture));
+  const table = await bitmap(data.picture);
   const figure = new Approach(panel, name, data, table);
   figure.controls.show();
   if (!figure.controls.read()) figure.follow();

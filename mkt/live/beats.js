@@ -4,7 +4,7 @@ import { resized } from "./crowd.js";
 import { coefficients, colorBins, corners, displaced, FILTER, filterInit, filterStep, linspace, logLikelihood, MOTION, overlap, random, restless, warp } from "./engine.js"; // prettier-ignore
 import { grained } from "./grain.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, dot, el, outline, pixels, takeOver } from "./page.js";
+import { axes, bitmap, button, Canvas, Controls, dot, el, outline, SLICE, takeOver } from "./page.js"; // prettier-ignore
 import { Player } from "./player.js";
 
 const BEATS = ["1 predict", "2 weigh", "3 estimate", "4 draw"];
@@ -14,7 +14,6 @@ const WORDS = [
   () => "the weighted mean is the answer",
   ({ ancestors }) => `the heavy are copied, the light are left out: ${new Set(ancestors).size} of ${ancestors.length} live on`, // prettier-ignore
 ];
-const SLICE = 12; // [ms] of work before the page may breathe
 const [REACH, PLACES] = [40, 81]; // [px] of the likelihood along x, and where it is taken
 const [CROWD, GREEN, BLUE, GREY] = ["#e49c00", "#33b24d", "#1e7dc1", "#888"];
 
@@ -52,7 +51,6 @@ class Beats {
   }
 
   show(panel) {
-    const button = (title, onclick) => el("button", { type: "button", onclick }, title);
     const back = button("one beat back", () => this.turn(-1));
     const on = button("next beat", () => this.turn(1));
     this.said = el("p", { class: "mkt-note", role: "status" });
@@ -326,8 +324,6 @@ class Beats {
     });
   }
 }
-
-const bitmap = async (address) => createImageBitmap(await pixels(address));
 
 export async function beats(panel, name) {
   const [data, workshop] = await Promise.all([name, "workshop"].map(load));

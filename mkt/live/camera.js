@@ -2,7 +2,7 @@
 
 import { COMBINED, corners, MOTION, restless, SCHEMES } from "./engine.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, el, outline } from "./page.js";
+import { axes, button, Canvas, Controls, el, outline } from "./page.js";
 
 const LARGEST = 320; // [px] a side of the picture that is tracked
 const KEPT = 150; // frames of the curves
@@ -59,7 +59,6 @@ class Tracking {
     ];
     this.said = el("p", { class: "mkt-note", role: "status" });
     this.numbers = el("p", { class: "mkt-note" });
-    const button = (title, onclick) => el("button", { type: "button", onclick }, title);
     const sources = el(
       "div",
       { class: "mkt-controls mkt-sources" },

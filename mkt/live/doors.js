@@ -4,7 +4,7 @@
 import { coefficient, disc, place, summary } from "./appearance.js";
 import { colorBins, random } from "./engine.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, dot, el, number, pixels, takeOver } from "./page.js"; // prettier-ignore
+import { axes, bitmap, Canvas, Controls, dot, el, number, pixels, takeOver } from "./page.js"; // prettier-ignore
 
 const [WAITING, APPEARS, STUDENT, DOOR] = ["#fff", "#d62728", "#009e73", "#e49c00"];
 const REACH = 2; // spreads of a door, as far as it is drawn
@@ -49,7 +49,7 @@ class Doors {
     this.wanted = frame;
     if (this.shown !== frame) {
       const { picture, binned, truth } = await load(`doors-${frame}`);
-      const both = [pixels(picture).then(createImageBitmap), pixels(binned)];
+      const both = [bitmap(picture), pixels(binned)];
       const [photo, flat] = await Promise.all(both);
       if (this.wanted !== frame) return;
       Object.assign(this, { photo, truth, image: this.bins(flat), shown: frame });

@@ -16,7 +16,7 @@ const BY_VALUE = over(255);
 const BY_RANGE = over(30);
 
 // Hue in [0, 180) and saturation in [0, 255], with the rounding of cv2.cvtColor.
-export function hueSaturation(r, g, b) {
+function hueSaturation(r, g, b) {
   const value = Math.max(r, g, b);
   const range = value - Math.min(r, g, b);
   let hue = r - g + 4 * range;
@@ -58,7 +58,7 @@ export function colorBins({ space = "hsv", sMin = 0.1, vMin = 0.2 } = {}) {
 
 // Frames: mkt.scenes.rendering
 
-const MOST_SUBFRAMES = 32;
+export const MOST_SUBFRAMES = 32;
 
 // What a camera sees, without noise, of an object that crosses the place of a region along
 // x while the shutter is open: the mean of sub-frames.  Pictures are RGBA; the speed is in
@@ -109,7 +109,7 @@ export function warp([cx, cy, theta, hx, hy], [x, y]) {
   return [cx + c * hx * x - s * hy * y, cy + s * hx * x + c * hy * y];
 }
 
-const CORNERS = [[-1, -1], [1, -1], [1, 1], [-1, 1]]; // prettier-ignore
+export const CORNERS = [[-1, -1], [1, -1], [1, 1], [-1, 1]]; // prettier-ignore
 export const corners = (region) => CORNERS.map((point) => warp(region, point));
 
 export const displaced = ([cx, cy, theta, hx, hy], dx, dy, turn, scale = 1) =>
@@ -121,7 +121,7 @@ export const linspace = (low, high, n) =>
 // Kernels: mkt.kernels, with points in the canonical square
 
 const GRIDS = { one: 1, "2x2": 2, "3x3": 3, "4x4": 4 };
-const ROUNDING = 1e-9;
+export const ROUNDING = 1e-9;
 
 // The places of about so many samples, rows of nearly square cells.
 export function pixelGrid(samples, aspect) {
@@ -276,17 +276,10 @@ const squares = (rho) => rho.map((each) => Math.max(1 - each, 0));
 const total = (values) => values.reduce((a, b) => a + b, 0);
 
 // d_m over the kernels, and ln p(z | x) up to a constant.
-export const distance = (rho) => Math.sqrt(total(squares(rho)) / rho.length);
+const distance = (rho) => Math.sqrt(total(squares(rho)) / rho.length);
 export const logLikelihood = (rho, lambda) => -lambda * total(squares(rho));
 export const distanceAt = (target, image, region) =>
   distance(coefficients(target, image, region));
-
-// The cost surface over rotation (down) and x (across), as one array.
-export const surface = (target, image, region, xs, thetas) =>
-  Float64Array.from({ length: xs.length * thetas.length }, (_, i) => {
-    const [dx, turn] = [xs[i % xs.length], thetas[Math.floor(i / xs.length)]];
-    return distanceAt(target, image, displaced(region, dx, 0, turn));
-  });
 
 // Random numbers
 
@@ -330,7 +323,7 @@ export function restless(motion, noise) {
   return louder;
 }
 
-export function predict({ regions, velocities }, motion, rng) {
+function predict({ regions, velocities }, motion, rng) {
   const n = regions.length;
   const draws = [rng.normals(2 * n), rng.normals(2 * n), rng.normals(n), rng.normals(n)];
   const [kicks, walk, turns, growths] = draws;
@@ -356,7 +349,7 @@ export function predict({ regions, velocities }, motion, rng) {
   };
 }
 
-export function scatter(region, n, motion, rng) {
+function scatter(region, n, motion, rng) {
   const still = Array.from({ length: n }, () => [0, 0]);
   return predict({ regions: still.map(() => region), velocities: still }, motion, rng);
 }
@@ -371,7 +364,7 @@ export function normalised(logWeights) {
 
 export const effectiveSampleSize = (weights) => 1 / total(weights.map((w) => w * w));
 
-export function meanRegion(regions, weights) {
+function meanRegion(regions, weights) {
   const mean = (of) => regions.reduce((sum, region, i) => sum + weights[i] * of(region), 0);
   return [
     mean(([cx]) => cx),
@@ -458,7 +451,7 @@ export function filterStep(options, { target, particles: before }, image, rng) {
 const EMPTY = 1e-6;
 const FLAT = 1e-3;
 const LARGEST_STEP = 0.5;
-const SHORT = 1e-2;
+export const SHORT = 1e-2; // a step that ends the way
 
 // Eigenvalues and vectors of a symmetric matrix, by Jacobi's rotations.
 function eigen(matrix) {
@@ -560,7 +553,7 @@ export const SSD = {
 };
 
 // Minimise from a start, the size bounded by that of the first frame [px].
-export function refine(options, { target, size }, image, start) {
+function refine(options, { target, size }, image, start) {
   const { iterations, derivativeOfC, sizes } = options;
   const path = newtonPath(target, image, start, iterations, derivativeOfC, SHORT);
   const [cx, cy, theta, hx, hy] = path.at(-1);
@@ -650,7 +643,7 @@ export function beside(region, [middle], width) {
 // The loop of one feature: mkt.servoing.poles, mkt.servoing.self_motion
 
 // The steady gain of the filter for de/dt, by repeating its equation.
-export function kalmanGain(ratio, rho) {
+function kalmanGain(ratio, rho) {
   if (ratio === 0) return [0, 0];
   if (ratio === Infinity) return [1, rho];
   let [a, b, d] = [1, 0, 1];

@@ -1,10 +1,8 @@
 // The frames of figures 6 and 7 of [T09], painted: the car on its path, the screen before
 // it, and the shutter open for a share of the frame, as mkt.scenes.rendering has them.
 
-import { corners, linspace, screen } from "./engine.js";
+import { corners, linspace, MOST_SUBFRAMES, screen } from "./engine.js";
 import { el } from "./page.js";
-
-const MOST_SUBFRAMES = 32;
 
 export class Exposure {
   constructor({ size: [width, height], shutter, first, times, halves }, pictures) {

@@ -1,11 +1,10 @@
 // Figure 1 of [T09], live: the kernel dragged over the picture, and who counts where.
 
 import { corners, displaced, distanceAt, fitted, histograms, layout, learn, look, warp } from "./engine.js"; // prettier-ignore
-import { still } from "./objects.js";
+import { SHOWN, still } from "./objects.js";
 import { load } from "./host.js";
 import { axes, Canvas, Controls, el, number, outline, takeOver } from "./page.js";
 
-const SHOWN = [60, 30, 200, 180]; // of the frame: left, top, width, height [px]
 const NEAR = 12; // [px] from a bar, to have meant it
 const GREEN = "#33b24d";
 

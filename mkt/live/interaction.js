@@ -2,7 +2,7 @@
 // wherever the car is dragged.
 
 import { load } from "./host.js";
-import { Canvas, Controls, el, outline, pixels, takeOver } from "./page.js";
+import { bitmap, Canvas, Controls, el, outline, takeOver } from "./page.js";
 import { motions } from "./servoing.js";
 import { drawTable } from "./table.js";
 
@@ -135,7 +135,7 @@ class Interaction {
 
 export async function interaction(panel, name) {
   const data = await load(name);
-  const picture = await createImageBitmap(await pixels(data.picture));
+  const picture = await bitmap(data.picture);
   const figure = new Interaction(panel, name, data, picture);
   figure.controls.show();
   if (!figure.controls.read()) figure.follow();

@@ -1,15 +1,13 @@
 // own.newton, live: Gauss-Newton on kernels, from any start, step by step.
 
-import { corners, differentiate, displaced, distanceAt, errors, learn, moved, newtonPath, newtonStep, overlap, warp } from "./engine.js"; // prettier-ignore
+import { corners, differentiate, displaced, distanceAt, errors, learn, moved, newtonPath, newtonStep, overlap, SHORT, warp } from "./engine.js"; // prettier-ignore
 import { still } from "./objects.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, el, number, outline, takeOver } from "./page.js";
+import { axes, button, Canvas, Controls, el, knob, number, outline, SLICE, takeOver } from "./page.js"; // prettier-ignore
 
 const STEPS = 10;
-const SHORT = 1e-2; // a step that ends the way of a start on the map
 const FOUND = 0.8; // overlap with the truth beyond which a start led home
 const CELLS = 25; // of the basin, a side
-const SLICE = 12; // [ms]
 const [ORANGE, GREEN, BLUE] = ["#d65b07", "#33b24d", "#1e7dc1"];
 const [REACH, TURN] = [64, 80]; // [px], [deg]: the ends of the sliders and of the basin
 
@@ -30,7 +28,6 @@ class Newton {
     this.basin = new Canvas("", 0.95, (...pen) => this.drawBasin(...pen));
     this.curve = new Canvas("", 0.5, (...pen) => this.drawCurve(...pen), 150);
     this.slope = new Canvas("", 0.5, (...pen) => this.drawSlope(...pen), 150);
-    const button = (title, onclick) => el("button", { type: "button", onclick }, title);
     const acts = el(
       "div",
       { class: "mkt-controls" },
@@ -144,11 +141,7 @@ class Newton {
     outline(pen, box(this.path[0]), ORANGE, 3);
     if (this.taken) outline(pen, box(this.path[this.taken]), GREEN, 2.5);
     this.knob = this.onto(warp(this.path[0], [1, 0]));
-    pen.beginPath();
-    pen.arc(...this.knob, 7, 0, 7);
-    Object.assign(pen, { fillStyle: ORANGE, strokeStyle: "#fff", lineWidth: 2 });
-    pen.fill();
-    pen.stroke();
+    knob(pen, this.knob, 7, ORANGE);
   }
 
   basinBox(width, height) {
@@ -170,11 +163,7 @@ class Newton {
     const limits = { x: [-REACH, REACH], y: [-TURN, TURN], xlabel: "dx of the start [px]", ylabel: "turn of the start [deg]" }; // prettier-ignore
     const { across, down } = axes(pen, box, limits);
     const { dx, turn } = this.controls.values;
-    pen.beginPath();
-    pen.arc(across(dx), down(turn), 6, 0, 7);
-    Object.assign(pen, { fillStyle: ORANGE, strokeStyle: "#fff", lineWidth: 2 });
-    pen.fill();
-    pen.stroke();
+    knob(pen, [across(dx), down(turn)], 6, ORANGE);
   }
 
   drawCurve(pen, width, height) {

@@ -3,6 +3,8 @@
 import { load } from "./host.js";
 import { pixels } from "./page.js";
 
+export const SHOWN = [60, 30, 200, 180]; // of a frame: left, top, width, height [px]
+
 // The two bin images of an object that share a picture: low bytes and high bits.
 async function binImages(address, m) {
   const { data, width, height } = await pixels(address);

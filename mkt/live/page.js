@@ -3,6 +3,7 @@
 import { host } from "./host.js";
 
 const TEXT = 12; // [px]
+export const SLICE = 12; // [ms] of work before the page may breathe
 
 // An element with attributes, listeners ("onclick") and children; texts stay texts.
 export function el(tag, attributes = {}, ...children) {
@@ -15,6 +16,8 @@ export function el(tag, attributes = {}, ...children) {
   return node;
 }
 
+export const button = (title, onclick) => el("button", { type: "button", onclick }, title);
+
 // The pixels of a picture given as a data address.
 export async function pixels(address) {
   const image = new Image();
@@ -25,6 +28,9 @@ export async function pixels(address) {
   pen.drawImage(image, 0, 0);
   return pen.getImageData(0, 0, canvas.width, canvas.height);
 }
+
+// The same as a picture that a canvas draws.
+export const bitmap = async (address) => createImageBitmap(await pixels(address));
 
 // What each element of a panel hears when the panel is gone for good, to end what runs on.
 export const GONE = "mkt-gone";
@@ -201,7 +207,6 @@ export class Controls {
         this.note.textContent = `${words}${remark}`; // to be copied by hand
       }
     };
-    const button = (title, onclick) => el("button", { type: "button", onclick }, title);
     const buttons = [];
     if (host.link) buttons.push(button("link to what is shown", () => copied(link())), " ");
     const command = () => copied(this.command(), this.beyond());
@@ -249,17 +254,19 @@ export class Canvas {
     this.draw(pen, width, height);
   }
 
+  // The place of a pointer [px].
+  placeOf({ clientX, clientY }) {
+    const { left, top } = this.node.getBoundingClientRect();
+    return [clientX - left, clientY - top];
+  }
+
   // Follow a mouse or a finger: places in the canvas's own pixels; `done` at the end.
   dragged(begin, follow, done) {
-    const at = ({ clientX, clientY }) => {
-      const { left, top } = this.node.getBoundingClientRect();
-      return [clientX - left, clientY - top];
-    };
     this.node.classList.add("mkt-drag");
     this.node.addEventListener("pointerdown", (event) => {
-      if (begin(at(event), event) === false) return;
+      if (begin(this.placeOf(event), event) === false) return;
       this.node.setPointerCapture(event.pointerId);
-      const move = (moved) => follow(at(moved), moved);
+      const move = (moved) => follow(this.placeOf(moved), moved);
       const end = () => {
         this.node.removeEventListener("pointermove", move);
         done();
@@ -271,10 +278,7 @@ export class Canvas {
 
   // Follow a mouse over it, or a finger on it; null when it leaves.
   hovered(over) {
-    const at = ({ clientX, clientY }) => {
-      const { left, top } = this.node.getBoundingClientRect();
-      over([clientX - left, clientY - top]);
-    };
+    const at = (event) => over(this.placeOf(event));
     for (const name of ["pointermove", "pointerdown"]) this.node.addEventListener(name, at);
     this.node.addEventListener("pointerleave", ({ pointerType }) => pointerType === "mouse" && over(null)); // prettier-ignore
   }
@@ -335,13 +339,16 @@ export function outline(pen, points, color, width = 2) {
 }
 
 // A dot with a dark rim, which shows on any ground.
-export function dot(pen, x, y, radius, color) {
+export function dot(pen, x, y, radius, color, rim = "#0008", thick = 1) {
   pen.beginPath();
   pen.arc(x, y, radius, 0, 7);
-  Object.assign(pen, { fillStyle: color, strokeStyle: "#0008", lineWidth: 1 });
+  Object.assign(pen, { fillStyle: color, strokeStyle: rim, lineWidth: thick });
   pen.fill();
   pen.stroke();
 }
+
+// One with a light rim, which a hand moves.
+export const knob = (pen, [x, y], radius, color) => dot(pen, x, y, radius, color, "#fff", 2);
 
 // All canvases of a panel as they stand, as one picture to be saved.
 function save(panel) {

@@ -1,13 +1,13 @@
 // A button that plays a figure: a step at a time, until it is paused or at its end.
 
-import { el, GONE } from "./page.js";
+import { button, GONE } from "./page.js";
 
 export class Player {
   // `step()` moves on and says whether there is more; `said` is not read out meanwhile,
   // as nobody listens that fast; `done()` when it rests again.
   constructor(said, step, done) {
     Object.assign(this, { said, step, done });
-    this.node = el("button", { type: "button", onclick: () => this.turn() }, "play");
+    this.node = button("play", () => this.turn());
     this.node.addEventListener(GONE, () => clearInterval(this.timer));
   }
 

@@ -1,6 +1,8 @@
 // The loop of visual servoing on a car that stands still: [T09], section VI.  Poses are
 // 4 x 4, twists (vx, vy, vz, wx, wy, wz) in the camera's frame, as in mkt.servoing.
 
+import { CORNERS } from "./engine.js";
+
 const BEHIND = 1e-9; // a depth that is none
 const STEPS = 8; // on the way of a corner
 const AXES = { 6: [0, 1, 2, 3, 4, 5], 4: [0, 1, 2, 5] };
@@ -21,7 +23,7 @@ function wrapped(angle) {
 // The robot: mkt.servoing.robot
 
 // pose exp(dt [twist]), by the formula of Rodrigues.
-export function move(pose, twist, dt) {
+function move(pose, twist, dt) {
   const [v, w] = [twist.slice(0, 3), twist.slice(3)].map((each) => each.map((x) => x * dt)); // prettier-ignore
   const angle = Math.hypot(...w);
   const [a, b] = [sinc(angle), sinc(angle / 2) ** 2 / 2];
@@ -70,13 +72,11 @@ function onTable({ sides, car: [X, Y, heading] }, shares) {
   });
 }
 
-const CORNERS = [[-1, -1], [1, -1], [1, 1], [-1, 1]]; // prettier-ignore
-
-export const outlineOf = (scene, pose) =>
+const outlineOf = (scene, pose) =>
   through(homography(scene, pose), onTable(scene, CORNERS));
 
 // The region of the similarity that carries the car best onto its image, or null.
-export function truthOf(scene, pose) {
+function truthOf(scene, pose) {
   const { sides, car } = scene;
   const shares = GAUSS.flatMap(([t]) => GAUSS.map(([s]) => [s, t]));
   const weights = GAUSS.flatMap(([, a]) => GAUSS.map(([, b]) => a * b));
@@ -106,7 +106,7 @@ function normalised({ focal, size }, [cx, cy, theta, hx, hy]) {
 }
 
 // s of (16): x_n, y_n, a_n, theta.
-export function features(scene, region) {
+function features(scene, region) {
   const [x, y, theta, hx, hy] = normalised(scene, region);
   const size = 1 / Math.sqrt(4 * hx * hy);
   return [size * x, size * y, size, theta];
@@ -164,7 +164,7 @@ function solved(a, b) {
 }
 
 // v = -gain L^+ e, (17), by the axes that the camera may use.
-export function twistOf(e, L, gain, dof) {
+function twistOf(e, L, gain, dof) {
   const J = L.map((row) => AXES[dof].map((axis) => row[axis]));
   const wanted = e.map((each) => -gain * each);
   const shares = solved(product(J, transposed(J)), wanted);

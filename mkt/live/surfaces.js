@@ -3,15 +3,13 @@
 
 import { blurred, colorBins, corners, displaced, distanceAt, learn, linspace, warp } from "./engine.js"; // prettier-ignore
 import { grained } from "./grain.js";
-import { still } from "./objects.js";
+import { SHOWN, still } from "./objects.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, el, number, outline, pixels, takeOver } from "./page.js";
+import { axes, Canvas, Controls, el, knob, number, outline, pixels, SLICE, takeOver } from "./page.js"; // prettier-ignore
 
 const [CELLS, COARSE] = [61, 4]; // a side; while a hand moves, every fourth
 const TURN = 60; // [deg]
 const EXTENT = 30; // [px] where no slider says it
-const SHOWN = [60, 30, 200, 180]; // of the frame: left, top, width, height [px]
-const SLICE = 12; // [ms] of work before the page may breathe
 const RED = "#cb1118";
 
 // Figure 3: one kernel and several, in one frame.
@@ -184,11 +182,7 @@ class Surfaces {
     const region = this.point();
     outline(pen, corners(region).map(onto), RED);
     this.knob = onto(warp(region, [1, 0]));
-    pen.beginPath();
-    pen.arc(...this.knob, 7, 0, 7);
-    Object.assign(pen, { fillStyle: RED, strokeStyle: "#fff", lineWidth: 2 });
-    pen.fill();
-    pen.stroke();
+    knob(pen, this.knob, 7, RED);
   }
 
   mapBox(width, height) {

@@ -4,10 +4,9 @@
 import { beside, corners, errors, overlap } from "./engine.js";
 import { Exposure } from "./exposure.js";
 import { load, worker } from "./host.js";
-import { axes, Canvas, Controls, el, GONE, outline, pixels, takeOver } from "./page.js";
+import { axes, bitmap, Canvas, Controls, el, GONE, outline, SLICE, takeOver } from "./page.js"; // prettier-ignore
 import { Player } from "./player.js";
 
-const SLICE = 12; // [ms] of painting before the page may breathe
 const PACE = 10; // frames a second
 const PATIENCE = 150; // [ms] of rest before a wall is built anew
 const QUANTITIES = ["x [px]", "y [px]", "orientation [deg]"];
@@ -295,8 +294,6 @@ class Wall {
     this.frame.keyed(step);
   }
 }
-
-const bitmap = async (address) => createImageBitmap(await pixels(address));
 
 export async function wall(panel, name) {
   const [data, film, workshop] = await Promise.all([name, "own.beats", "workshop"].map(load));

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from mkt.figures.live import MODULES
+from mkt.figures.live import joined
 from mkt.figures.registry import FIGURES
 from mkt.papers.lessons import servoing
 from mkt.servoing.loop import Experiment, Servo, close_loop
@@ -13,7 +13,7 @@ from mkt.servoing.robot import Workspace
 from mkt.servoing.self_motion import OFF
 from tests.live.conftest import assert_found, fixture_of
 
-MODULE = (MODULES / "servoing.js").read_text("utf-8")
+MODULE = joined("servoing") + "\nexport const { approached, motions } = servoing_js;"
 FRAMES = 31
 RUN = """
 const { scene, law, start, frames } = data;
