@@ -1,11 +1,16 @@
 """Slides that are made of chapters."""
 
+import base64
+import io
 import re
 
 import pytest
+from PIL import Image
 
 from mkt.course import cli, slides
 from mkt.course.book import contents
+from mkt.figures.registry import FIGURES
+from mkt.plotting import in_style
 
 BOOK = contents.read()
 each_chapter = pytest.mark.parametrize(
@@ -53,10 +58,18 @@ def test_the_command_writes_the_chapters_that_are_named_and_nothing_over(
     assert [one.part for one in slides.chosen(BOOK, [])] == [*BOOK.parts]
 
 
-def test_a_figure_is_in_the_page_itself():
-    assert slides._picture("teuliere2009.fig1").startswith(
-        "data:image/png;base64,iVBOR"
+def test_a_figure_is_in_the_page_itself_and_lighter_than_matplotlibs():
+    kind, picture = slides._picture("teuliere2009.fig1").split(",")
+    assert kind == "data:image/png;base64"
+    plain = io.BytesIO()
+    with in_style():
+        FIGURES["teuliere2009.fig1"].draw(slides.DPI)[0].savefig(plain, format="png")
+    light = base64.b64decode(picture)
+    assert len(light) < len(plain.getvalue())
+    mine, theirs = (
+        Image.open(each).convert("RGB").tobytes() for each in (io.BytesIO(light), plain)
     )
+    assert mine == theirs
 
 
 def test_a_drawn_formula_does_not_make_a_short_text_a_long_one(monkeypatch):
