@@ -1,8 +1,8 @@
 """How fast the core is: CPU time on one thread, the contenders in turn.
 
-Every contender runs once in a round, seven rounds, and the ratio is the median of the
-ratios within a round (`mkt.experiments.timing`).  ``python3 -m mkt bench`` prints the
-tables.
+Every contender runs once in a round, and the ratio is the median of the ratios within a
+round (`mkt.experiments.timing`): seven rounds, and three of whole trackers.
+``python3 -m mkt bench`` prints the tables.
 """
 
 import tracemalloc
