@@ -1,8 +1,8 @@
 """A figure as a file that says how it came about.
 
-It is a picture (.png, .pdf, .svg), or what it shows as a table (.csv).  Every file
-carries four facts: the title, the parameters, the versions, and the data.  It has no
-date in it, so that the same figure makes the same file.
+It is a picture (.png, .pdf, .svg), a moving one (.gif), or what it shows as a table
+(.csv).  Every file carries four facts: the title, the parameters, the versions, and the
+data.  It has no date in it, so that the same figure makes the same file.
 """
 
 import io
@@ -30,6 +30,7 @@ KEYS = {  # what each format calls the four facts
     ".pdf": ("Title", "Keywords", "Creator", "Subject"),
     ".svg": ("Title", "Keywords", "Creator", "Source"),
     ".csv": ("Title", "Parameters", "Versions", "Data"),
+    ".gif": ("Title", "Parameters", "Versions", "Data"),  # lines of its comment
 }
 UNDATED = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 SHARP_DPI = 200
@@ -56,10 +57,9 @@ def checked(path: Path | str) -> Path:
         Their messages say what to do.
     """
     path = Path(path)
-    endings = (*KEYS, MOVING)
-    if path.suffix.lower() not in endings:
+    if path.suffix.lower() not in KEYS:
         raise ValueError(
-            f"{path}: the ending says what to write; take one of {', '.join(endings)}"
+            f"{path}: the ending says what to write; take one of {', '.join(KEYS)}"
         )
     return new_file(path)
 
@@ -95,13 +95,16 @@ def _write_moving(entry: Entry, path: Path, parameters: Mapping[str, Any]) -> No
     """A figure at every second position of its slider `frame`, as a moving picture."""
     if "frame" not in entry.sliders:
         raise ValueError("it has no slider 'frame', over which a .gif could move")
-    pictures = []
-    for k in tqdm(entry.values("frame")[::2], desc="frames", disable=None):
+    if "frame" in parameters:
+        raise ValueError("a .gif moves over 'frame'; leave it out, or take a .png")
+    pictures, frames = [], entry.values("frame")[::2]
+    for k in tqdm(frames, desc="frames", disable=None):
         fig, _ = entry.draw(MOVING_DPI, **{**parameters, "frame": k})
         drawn = io.BytesIO()
         with in_style():
             fig.savefig(drawn, format="png")
         pictures.append(Image.open(drawn).convert("RGB").quantize(COLORS, dither=0))
+    shown = facts(entry, {**parameters, "frame": f"{frames[0]} to {frames[-1]}"})
     with whole(path) as half:
         pictures[0].save(
             half,
@@ -109,6 +112,7 @@ def _write_moving(entry: Entry, path: Path, parameters: Mapping[str, Any]) -> No
             append_images=pictures[1:],
             duration=MOVING_MS,
             loop=0,
+            comment="\n".join(_lines(dict(zip(KEYS[MOVING], shown, strict=True)))),
         )
 
 
@@ -190,10 +194,14 @@ def as_csv(shown: Shown, named: Mapping[str, str]) -> str:
     These say how the figure came about, and which facts it has, if they are short.
     """
     short = {name: fact for name, fact in shown.facts.items() if np.size(fact) <= 20}
-    lines = [f"{name}: {text}" for name, text in named.items()]
+    lines = _lines(named)
     lines += [f"{name}: {_in_a_line(fact)}" for name, fact in short.items()]
     head = "".join(f"# {line}\n" for line in lines)
     return head + _rounded(shown.table).to_csv(index=False, lineterminator="\n")
+
+
+def _lines(named: Mapping[str, str]) -> list[str]:
+    return [f"{name}: {text}" for name, text in named.items()]
 
 
 def _in_a_line(fact: Any) -> str:

@@ -35,7 +35,7 @@ def read(path):
     return path.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("ending", export.KEYS)
+@pytest.mark.parametrize("ending", [e for e in export.KEYS if e != export.MOVING])
 def test_every_file_carries_title_parameters_versions_and_data_and_no_date(
     tmp_path, ending
 ):
@@ -131,6 +131,15 @@ def test_a_figure_with_a_slider_of_frames_becomes_a_moving_picture(tmp_path):
     export.write(FIGURES["toy.moving"], tmp_path / "x.gif", {"to": 3})
     with Image.open(tmp_path / "x.gif") as film:
         assert film.n_frames == 5  # every second one
+        comment = film.info["comment"].decode()
+    about = "toy.moving: A line that rises.", "frame=0 to 8, to=3", "mkt ", "Benchmarks"
+    lines = zip(comment.splitlines(), export.KEYS[".gif"], about, strict=True)
+    assert all(line.startswith(f"{k}: ") and part in line for line, k, part in lines)
+    export.write(FIGURES["toy.moving"], tmp_path / "again.gif", {"to": 3})
+    first, again = (tmp_path / f"{name}.gif" for name in ("x", "again"))
+    assert first.read_bytes() == again.read_bytes()
     with pytest.raises(ValueError, match="no slider 'frame', over which a .gif could"):
         export.write(FIGURES["teuliere2009.fig2"], tmp_path / "y.gif", {})
+    with pytest.raises(ValueError, match=r"frame=3: a .gif moves over 'frame'; leave"):
+        export.write(FIGURES["toy.moving"], tmp_path / "y.gif", {"frame": 3})
     assert not (tmp_path / "y.gif").exists()

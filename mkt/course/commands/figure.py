@@ -25,7 +25,8 @@ def add(commands: Commands) -> None:
         "draw one figure into a file, or all",
         "Draws a registered figure with its defaults, or your values; or writes what\n"
         "it shows as a table.  Parameters, versions and data are in the file: a PDF's\n"
-        "properties, a PNG's text, an SVG's metadata, the first lines of a CSV.",
+        "properties, a PNG's text, an SVG's metadata, a GIF's comment, a CSV's first\n"
+        "lines.",
         "figure --list",
         "figure teuliere2009.fig6 --list",
         "figure teuliere2009.fig3 -o fig3.pdf",
@@ -49,8 +50,8 @@ def _add_words(add_argument: Callable) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help="file to write: .png, .pdf, .svg, or .csv for a table of what it shows; "
-        "with --all a folder",
+        help="file to write: .png, .pdf, .svg, .csv for a table of what it shows, or "
+        ".gif where it has a slider frame; with --all a folder",
     )
     add_argument(
         "--set",
