@@ -3,12 +3,14 @@
 import contextlib
 import os
 import queue
+import shutil
 import socket
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import nbformat
 import pytest
 
 from mkt.course.labs import grading, sandbox, student, table
@@ -317,6 +319,58 @@ def test_links_fifos_and_copies_have_a_row_each(toy):
         "not called after its lab, toy, but its cells are of it",
     )
     assert len(table.read(toy / "grades.csv")) == 7
+
+
+def test_no_file_stops_the_grading_of_the_others(toy, monkeypatch):
+    """Whatever stands in it, whatever it is called, and if nobody may read it."""
+    folder = toy / "submitted"
+    hand_in(folder / "ada" / "toy.ipynb", answer(**GOOD))
+    for name, meta in {"none": None, "list": {"grade_id": ["x"]}}.items():
+        odd = answer(**GOOD)
+        odd.cells.append(nbformat.v4.new_code_cell("1", metadata={"nbgrader": meta}))
+        hand_in(folder / name / "toy.ipynb", odd)
+    deep = answer(**GOOD)
+    of_name = {"nbgrader": {"grade_id": "my_name"}}
+    source = f"x = {'-' * 100_000}1"
+    deep.cells.append(nbformat.v4.new_code_cell(source, metadata=of_name))
+    hand_in(folder / "deep" / "toy.ipynb", deep)
+    hand_in(folder / "unzipped" / "toy.ip\udcff", "")
+    hand_in(folder / "locked" / "toy.ipynb", answer(**GOOD))
+    copied = shutil.copyfile
+
+    def copyfile(path, *more, **settings):
+        if "locked" in path.parts:
+            raise PermissionError(13, "Permission denied")
+        return copied(path, *more, **settings)
+
+    monkeypatch.setattr("mkt.course.labs.submissions.shutil.copyfile", copyfile)
+    rows = graded(folder, toy / "grades.csv")
+    assert {name: row["points"] for name, row in rows.items()} == {
+        "ada": "3",
+        "none": "3",
+        "list": "3",
+        "deep": "3",
+        "unzipped": "",
+        "locked": "",
+    }
+    assert rows["unzipped"]["note"] == "not a notebook: .ip\ufffd"
+    assert rows["locked"]["note"] == "cannot be read: Permission denied"
+
+
+def test_a_failure_in_looking_at_one_file_stops_no_other(toy, monkeypatch):
+    read = grading.read_notebook
+
+    def fails(path):
+        if "Lovelace" in path.read_text(encoding="utf-8"):
+            raise MemoryError
+        return read(path)
+
+    monkeypatch.setattr(grading, "read_notebook", fails)
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(why="Ada Lovelace"))
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer(**GOOD))
+    grading.grade(toy / "submitted", toy / "grades.csv", trusted=True)
+    notes = {row["student"]: row["note"] for row in table.read(toy / "grades.csv")}
+    assert notes["ada"].startswith(grading.OURS) and notes["bob"] == ""
 
 
 def test_a_failure_of_ours_leaves_the_mark_empty_and_ends_in_exit_code_1(

@@ -190,7 +190,7 @@ def _recognised(one: Submission, sources: Labs) -> Submission:
         return one
     try:
         names = {name(cell) for cell in read_notebook(one.copy).cells}
-    except (OSError, ValueError):
+    except Exception:  # `_Grader.row` says what is wrong with it
         return one
     shared = {
         title: len(names & {*of_role(lab, "check", "solution", "question")})
@@ -204,7 +204,7 @@ def _names(found: Iterable[Submission]) -> dict[Path, str]:
     """The names that stand in submissions, where they can be read."""
     names = {}
     for one in found:
-        with suppress(OSError, ValueError):
+        with suppress(Exception):  # one failure must not stop the others
             if one.copy:
                 names[one.path] = written_name(read_notebook(one.copy))
     return names
@@ -238,7 +238,8 @@ class _Grader:
             try:
                 bar = tqdm(total=len(found), desc="submissions", disable=None)
                 for future in as_completed(futures):
-                    yield future.result()
+                    row = future.result()
+                    yield {key: table.harmless(text) for key, text in row.items()}
                     bar.update()
                 bar.close()
             finally:
@@ -248,7 +249,7 @@ class _Grader:
         """The row of one submission, whatever it is."""
         file, sha256 = _key(one)
         row = dict.fromkeys([*COLUMNS[0], *COLUMNS[1]], "")
-        row |= {"student": table.harmless(one.student), "lab": one.lab or ""}
+        row |= {"student": one.student, "lab": one.lab or ""}
         row |= {"file": file, "sha256": sha256, "note": one.trouble}
         if one.copy is None:
             return row
@@ -259,8 +260,7 @@ class _Grader:
             lab = self.sources[one.lab]
             return row | self.graded(one, one.copy, lab)
         except Exception as error:  # one failure must not stop the others
-            why = f"{OURS}: {type(error).__name__}: {error}"
-            return row | {"note": table.harmless(why)}
+            return row | {"note": f"{OURS}: {type(error).__name__}: {error}"}
 
     def graded(self, one: Submission, copy: Path, lab: NotebookNode) -> Row:
         """What a row says about a notebook."""
@@ -272,7 +272,7 @@ class _Grader:
         except ValueError as error:
             zeros = dict.fromkeys(of_role(lab, "check", "question"), "0")
             words = str(error).replace(str(copy), one.path.name)
-            return most | zeros | {"points": "0", "note": table.harmless(words)}
+            return most | zeros | {"points": "0", "note": words}
         failures = failures_of(lab, notebook, self.limit, boxed=self.boxed)
         results = marks(lab, failures)
         said = answers(lab, notebook)
@@ -295,5 +295,5 @@ class _Grader:
             | {mark.check: f"{mark.points:g}" for mark in results}
             | {question: "" if question in said else "0" for question in questions}
             | {"points": f"{sum(mark.points for mark in results):g}"}
-            | {key: table.harmless(text) for key, text in texts.items()}
+            | texts
         )

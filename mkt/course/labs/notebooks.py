@@ -55,7 +55,7 @@ def labs() -> dict[str, NotebookNode]:
 
 def role(cell: NotebookNode) -> str | None:
     """The role of a cell (see the module's text), or None."""
-    meta = cell.metadata.get("nbgrader", {})
+    meta = _nbgrader(cell)
     solution, grade, locked = (
         bool(meta.get(key)) for key in ("solution", "grade", "locked")
     )
@@ -67,7 +67,14 @@ def name(cell: NotebookNode) -> str:
 
     The latter has a blank in it, so that it cannot pass for a grade_id.
     """
-    return cell.metadata.get("nbgrader", {}).get("grade_id") or f"cell {cell.get('id')}"
+    title = _nbgrader(cell).get("grade_id")
+    return title if title and isinstance(title, str) else f"cell {cell.get('id')}"
+
+
+def _nbgrader(cell: NotebookNode) -> dict:
+    """What nbgrader says of a cell; in a file from elsewhere it may be anything."""
+    meta = cell.metadata.get("nbgrader")
+    return meta if isinstance(meta, dict) else {}
 
 
 def points(cell: NotebookNode) -> float:

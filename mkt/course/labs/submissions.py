@@ -114,11 +114,15 @@ def _submission(folder: Path, path: Path, names: list[str]) -> Submission:
 def _copied(folder: Path, one: Submission, copies: Path) -> Submission:
     """A submission with its copy, or with what is in the way of one."""
     path = folder / one.path
-    trouble = _trouble(path)
+    copy = copies / f"{len(list(copies.iterdir()))}.ipynb"
+    try:
+        trouble = _trouble(path)
+        if not trouble:
+            shutil.copyfile(path, copy, follow_symlinks=False)
+    except OSError as error:  # such as a right that the teacher does not have
+        trouble = f"cannot be read: {error.strerror or error}"
     if trouble:
         return replace(one, trouble=trouble)
-    copy = copies / f"{len(list(copies.iterdir()))}.ipynb"
-    shutil.copyfile(path, copy, follow_symlinks=False)
     with copy.open("rb") as file:
         sha256 = hashlib.file_digest(file, "sha256").hexdigest()
     return replace(one, copy=copy, sha256=sha256)

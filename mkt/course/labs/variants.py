@@ -50,8 +50,8 @@ def written_name(notebook: NotebookNode) -> str:
     sources = [cell.source for cell in notebook.cells if name(cell) == "my_name"]
     try:
         nodes = list(ast.walk(ast.parse("\n".join(sources))))
-    except (SyntaxError, ValueError):
-        return ""
+    except (SyntaxError, ValueError, MemoryError, RecursionError):
+        return ""  # the last two are what Python says of what is nested too deep
     returned = [node.value for node in nodes if isinstance(node, ast.Return)]
     texts = [one.value for one in returned if isinstance(one, ast.Constant)]
     return next((text for text in texts if isinstance(text, str)), "")
