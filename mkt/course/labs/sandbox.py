@@ -1,7 +1,8 @@
 """Where the code of strangers runs: bubblewrap's box, and limits inside it.
 
 In the box there is no network, no home and no other process; the system, Python and
-the library can be read, and nothing can be written but a /tmp that vanishes.
+the library can be read, and nothing can be written but a /tmp and a /dev/shm that
+vanish; the latter is where Python's locks between processes are.
 """
 
 import os
@@ -26,7 +27,7 @@ MEMORY = 4 * GIGABYTE  # [bytes] of a process
 TOGETHER = 6 * GIGABYTE  # [bytes] of all that a process has started, and itself
 OFTEN = 0.2  # [s] between two looks at that
 PROCESSES = 64
-ROOM = GIGABYTE // 4  # [bytes] of all files in /tmp
+ROOM = GIGABYTE // 4  # [bytes] of all files in /tmp, and of those in /dev/shm
 NOBODY = 65534
 FONTS = "/tmp/matplotlib"
 SYSTEM = ("/usr", "/etc/ld.so.cache", "/etc/alternatives")
