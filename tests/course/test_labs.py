@@ -66,6 +66,20 @@ def tried(lab):
     return _tried(LABS[lab], answered_by_lot(lab), others)
 
 
+def written(lab):
+    """{function that students write: how many things it returns}."""
+    return {
+        node.name: max(
+            len(one.value.elts) if isinstance(one.value, ast.Tuple) else 1
+            for one in ast.walk(node)
+            if isinstance(one, ast.Return)
+        )
+        for solution in of_role(lab, "solution").values()
+        for node in ast.parse(solution.source).body
+        if isinstance(node, ast.FunctionDef)
+    }
+
+
 def code(notebook, *roles):
     """The code cells of a notebook in these roles."""
     return [
@@ -128,6 +142,82 @@ def test_random_numbers_are_drawn_from_the_judges_and_no_others_are_sent():
             assert student.generators == [rng]
 
 
+# Answers that are right but for a leading axis of no elements: those of one function,
+# with arrays of at least so many axes, and of a tuple the one at that place.
+EMPTYING = """
+import numpy as np
+
+asked = {{"name": "", "emptied": False}}
+
+
+def empty(name="", place=0, axes=0):
+    was = asked["emptied"]
+    asked.update(name=name, place=place, axes=axes, emptied=False)
+    return was
+
+
+def emptied(value):
+    if not isinstance(value, np.ndarray | np.floating) or value.ndim < asked["axes"]:
+        return value
+    asked["emptied"] = True
+    return np.zeros((0, *value.shape))
+
+
+def emptying(name, right):
+    def answer(*args, **kwargs):
+        value = right(*args, **kwargs)
+        if name != asked["name"]:
+            return value
+        if isinstance(value, tuple):
+            places = enumerate(value)
+            return tuple(emptied(v) if k == asked["place"] else v for k, v in places)
+        return value if asked["place"] else emptied(value)
+
+    return answer
+
+
+for name in {names}:
+    globals()[name] = emptying(name, globals()[name])
+"""
+
+
+def passed_by_empty_answers(lab):
+    """The checks that give their points for answers without elements.
+
+    As (check, function, place in a tuple, axes, from which line on).
+    """
+    names = sorted(written(lab))
+    last = Cell("emptying", EMPTYING.format(names=names))
+    with Student([*code(lab, "solution", "given"), last], 60, boxed=False) as student:
+        checks = code(lab, "check")
+        judge = Judge(code(lab, "given"), [*checks, Cell("", "empty")], student)
+        return [
+            (check.name, *case)
+            for check in checks
+            for case in emptied_cases(lab, check)
+            if passes(judge, check, *case)
+        ]
+
+
+def emptied_cases(lab, check):
+    """Which answers a check may find empty, and from which line on."""
+    for title in sorted(names_of_others([check]) & {*written(lab)}):
+        for place, axes in itertools.product(range(written(lab)[title]), (0, 1)):
+            for start in ("# ", "### BEGIN HIDDEN TESTS"):
+                if start in check.source:
+                    yield title, place, axes, start
+
+
+def passes(judge, check, title, place, axes, start):
+    """Whether a check says nothing though answers are empty from a line on."""
+    call = f"empty({title!r}, {place}, {axes})\n{start}"
+    said = judge.verdict(check._replace(source=check.source.replace(start, call, 1)))
+    judge.student.allow()
+    emptied = judge.space["empty"]()
+    assert emptied or not said, said
+    return emptied and not said
+
+
 # The labs
 
 
@@ -167,6 +257,13 @@ def test_a_typical_wrong_answer_loses_its_points_and_no_others(lab, title):
 )
 def test_a_right_answer_written_otherwise_gets_full_marks(lab, title):
     assert tried(lab)[title] == {}
+
+
+@pytest.mark.slow
+@each_lab
+def test_an_answer_without_elements_gets_no_points(lab):
+    """For numpy, no elements are all equal to whatever they are compared with."""
+    assert passed_by_empty_answers(LABS[lab]) == []
 
 
 @pytest.mark.slow
@@ -277,10 +374,4 @@ def test_nbgrader_makes_the_same_version_for_students(lab):
 
 @each_lab
 def test_the_judge_knows_which_functions_are_the_students(lab):
-    written = {
-        node.name
-        for solution in of_role(LABS[lab], "solution").values()
-        for node in ast.parse(solution.source).body
-        if isinstance(node, ast.FunctionDef)
-    }
-    assert names_of_others(code(LABS[lab], "given", "check")) == written
+    assert names_of_others(code(LABS[lab], "given", "check")) == {*written(LABS[lab])}
