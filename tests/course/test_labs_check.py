@@ -5,7 +5,8 @@ import pytest
 
 from mkt.course import cli
 from mkt.course.labs import checking
-from mkt.course.labs.notebooks import released
+from mkt.course.labs.marks import faults
+from mkt.course.labs.notebooks import headings, released
 from tests.course.toy_lab import GOOD, TOY, answer, hand_in
 
 
@@ -44,6 +45,17 @@ def test_check_names_the_first_cell_that_stops_by_the_heading_above_it_and_no_ce
     assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1
     *_, fault, _ = capsys.readouterr().out.splitlines()
     assert fault.startswith('under "1. Add": stops with SyntaxError')
+
+
+def test_a_cell_is_found_by_the_bare_heading_above_it_or_else_by_its_name():
+    mine = answer()
+    mine.cells.insert(1, nbformat.v4.new_markdown_cell('## The "six"'))
+    places = headings(mine)
+    assert places["add"] == "add" and places["six"] == 'The "six"'
+    assert faults(mine, {"add": "stops", "six": "stops"}) == [
+        "add: stops",
+        'under "The "six"": stops',
+    ]
 
 
 @pytest.mark.slow

@@ -151,7 +151,10 @@ def faults(notebook: NotebookNode, failures: Mapping[str, str]) -> list[str]:
 
     That is in the cells that the student writes, and in whatever failed first.
     """
-    where = headings(notebook)
+    where = {
+        cell: cell if place == cell else f'under "{place}"'
+        for cell, place in headings(notebook).items()
+    }
     first = list(failures)[:1]
     told = {*of_role(notebook, "solution"), *first} - {*of_role(notebook, "check")}
     return [

@@ -104,7 +104,7 @@ def headings(notebook: NotebookNode) -> dict[str, str]:
         if cell.cell_type == "markdown":
             titles = re.findall(r"^#+ (.+)$", cell.source, re.MULTILINE)
             heading = titles[-1] if titles else heading
-        places[name(cell)] = f'under "{heading}"' if heading else name(cell)
+        places[name(cell)] = heading or name(cell)
     return places
 
 

@@ -43,7 +43,7 @@ def write(output: Path, row: Row, lab: NotebookNode) -> None:
         row=row,
         title=_title(lab),
         pieces=[
-            (check, _place(where[check]), row.get(check) or "?", points(cell))
+            (check, where[check], row.get(check) or "?", points(cell))
             for check, cell in of_role(lab, "check", "question").items()
         ],
         notes=row["note"].splitlines(),
@@ -81,11 +81,6 @@ def _safe(text: str) -> str:
 
 def _short(text: str) -> str:
     return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()[:8]
-
-
-def _place(heading: str) -> str:
-    """A heading, without the words around it that a sentence needs."""
-    return heading.removeprefix('under "').removesuffix('"')
 
 
 def _title(lab: NotebookNode) -> str:
