@@ -46,8 +46,7 @@ def test_what_a_teacher_types_is_summed_up_and_then_the_page_has_the_model_answe
     grades,
 ):
     typed(grades, "2,5")
-    assert not cli.run(cli.parse(["labs", "grade", "--merge", "-o", str(grades)]))
-    (row,) = table.read(grades)
+    (row,) = merged(grades)
     assert (row["total"], row["maximum"]) == ("3.5", "6")
     text = page(grades, "ada")
     assert "3.5 of 6 points" in text
@@ -67,6 +66,72 @@ def test_a_second_run_keeps_what_was_typed_and_grades_only_what_is_new(grades, t
     graded(toy / "submitted", grades)
     totals = {row["student"]: row["total"] for row in table.read(grades)}
     assert totals == {"ada": "4", "bob": "0"}
+
+
+def merged(output):
+    """The rows of a table after it was summed up."""
+    assert not cli.run(cli.parse(["labs", "grade", "--merge", "-o", str(output)]))
+    return table.read(output)
+
+
+def test_an_answer_without_end_is_shortened_to_what_a_spreadsheet_holds(toy):
+    long = answer(**GOOD | {"why": f"Why?\n\n{'So. ' * 50_000}"})
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", long)
+    graded(toy / "submitted", toy / "grades.csv")
+    (row,) = table.read(toy / "grades.csv")
+    assert len(row["answers"]) == table.LONGEST
+    end = "[shortened here; the whole is in ada/toy.ipynb]"
+    assert row["answers"].endswith(end)
+    typed(toy / "grades.csv", "2")
+    (row,) = merged(toy / "grades.csv")
+    assert row["total"] == "5" and row["answers"].endswith(end)
+
+
+def test_an_older_table_with_a_longer_answer_can_be_read(grades):
+    text = grades.read_text(encoding="utf-8-sig")
+    long = text.replace("I do not know.", "I do not know. " * 20_000)
+    grades.write_text(long.replace(",0,1,,", ",0,1,3,"), encoding="utf-8")
+    (row,) = merged(grades)
+    assert row["total"] == "4" and len(row["answers"]) == table.LONGEST
+
+
+def test_columns_that_a_teacher_has_added_stay(grades, toy):
+    found = [row | {"comment": "see me"} for row in table.read(grades)]
+    table.write(grades, found[0], found, ",")
+    assert merged(grades)[0]["comment"] == "see me"
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer())
+    graded(toy / "submitted", grades)
+    comments = {row["student"]: row["comment"] for row in table.read(grades)}
+    assert comments == {"ada": "see me", "bob": ""}
+
+
+def test_text_in_a_column_without_a_heading_is_not_thrown_away(grades):
+    found = [row | {"comment": "see me"} for row in table.read(grades)]
+    table.write(grades, found[0], found, ",")
+    text = grades.read_text(encoding="utf-8-sig")
+    for nameless in (text.replace(",comment", ","), text.replace(",comment", "")):
+        grades.write_text(nameless, encoding="utf-8")
+        with pytest.raises(SystemExit, match="grades.csv: .* without a heading; write"):
+            merged(grades)
+
+
+def test_a_table_that_has_lost_a_column_says_which(grades, toy):
+    whole = grades.read_text(encoding="utf-8-sig")
+    heading, _, rest = whole.partition("\n")
+    for column in table.NEEDED:
+        names = ["lost" if one == column else one for one in heading.split(",")]
+        grades.write_text(",".join(names) + "\n" + rest, encoding="utf-8")
+        for command in (["--merge"], [str(toy / "submitted"), "--trust-the-students"]):
+            words = f"grades.csv: no column is called {column} any more; give it back"
+            with pytest.raises(SystemExit, match=words):
+                cli.run(cli.parse(["labs", "grade", *command, "-o", str(grades)]))
+
+
+def test_the_column_of_the_totals_comes_back(grades):
+    typed(grades, "3")
+    text = grades.read_text(encoding="cp1252")
+    grades.write_text(text.replace(";total;", ";;"), encoding="cp1252")
+    assert merged(grades)[0]["total"] == "4"
 
 
 @pytest.mark.parametrize("limit", ["0", "-1", "nan", "inf", "soon"])

@@ -28,15 +28,10 @@ from mkt.course.labs.marks import (
 from mkt.course.labs.marks import read as read_notebook
 from mkt.course.labs.notebooks import labs, name, of_role, points
 from mkt.course.labs.submissions import Submission, coincidences, handed_in
-from mkt.course.labs.table import Row
+from mkt.course.labs.table import COLUMNS, Row
 from mkt.course.labs.variants import written_name
 from mkt.files import new_file
 
-# Of the table, before and after the checks and questions.
-COLUMNS = (
-    ("student", "lab", "points", "of", "total", "maximum"),
-    ("note", "answers", "file", "sha256"),
-)
 OURS = "not graded, and not by the student's fault"
 Labs = Mapping[str, NotebookNode]
 
@@ -172,8 +167,11 @@ def _points(text: str, most: float, row: Row) -> float:
     return value
 
 
-def _columns(rows: Iterable[Row], sources: Labs) -> list[str]:
-    """The columns of the table: all checks and questions of the labs that it has."""
+def _columns(rows: list[Row], sources: Labs) -> list[str]:
+    """The columns of the table: all checks and questions of the labs that it has.
+
+    Behind them are those that a teacher has added.
+    """
     before, after = COLUMNS
     present = {row["lab"] for row in rows}
     pieces = [
@@ -181,7 +179,8 @@ def _columns(rows: Iterable[Row], sources: Labs) -> list[str]:
         for title, lab in sources.items()
         if title in present
     ]
-    return [*before, *dict.fromkeys(one for each in pieces for one in each), *after]
+    ours = [*before, *(one for each in pieces for one in each), *after]
+    return list(dict.fromkeys([*ours, *(one for row in rows for one in row)]))
 
 
 def _recognised(one: Submission, sources: Labs) -> Submission:

@@ -9,11 +9,23 @@ import io
 from collections.abc import Iterable
 from pathlib import Path
 
-from mkt.files import whole
+from mkt.files import DataError, whole
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 SEPARATORS = ",;\t"
-KEYS = ("student", "lab", "file", "sha256")  # those of a table of ours
+# Of the table, before and after the checks and questions.
+COLUMNS = (
+    ("student", "lab", "points", "of", "total", "maximum"),
+    ("note", "answers", "file", "sha256"),
+)
+NEEDED = [one for part in COLUMNS for one in part if one != "total"]  # it is summed up
+# What may be too long for it, and where the whole is then.
+SHORTENED = {
+    "note": "a run into a new table has the whole on its page",
+    "answers": "the whole is in {file}",
+}
+LONGEST = 32_767  # [characters] that a cell of a spreadsheet holds
+ENDLESS = 2**31 - 1  # [characters] of a cell that is read
 
 Row = dict[str, str]
 
@@ -37,19 +49,42 @@ def _is_number(text: str) -> bool:
 def read(path: Path) -> list[Row]:
     """The rows of a table, also of one that a spreadsheet has saved.
 
+    Columns that a teacher has added are in them, too.
+
     Raises
     ------
     ValueError
         For a file that is no table of ours.
+    mkt.files.DataError
+        For one of ours that has lost a column, or has one without a heading.
     """
+    csv.field_size_limit(ENDLESS)
     text = _text(path)
-    rows = csv.DictReader(io.StringIO(text, newline=""), delimiter=separator(path))
-    if not set(KEYS) <= set(rows.fieldnames or ()):
+    found = csv.DictReader(io.StringIO(text, newline=""), delimiter=separator(path))
+    _has_columns(path, found.fieldnames or ())
+    rows = list(found)
+    if any(row.get("") or any(row.get(None) or ()) for row in rows):
+        raise DataError(
+            path,
+            "there is text in a column without a heading",
+            "write one above it, in the first line",
+        )
+    return [{key: value or "" for key, value in row.items() if key} for row in rows]
+
+
+def _has_columns(path: Path, names: Iterable[str]) -> None:
+    missing = [one for one in NEEDED if one not in names]
+    if len(missing) > len(NEEDED) / 2:
         raise ValueError(
             f"{path}: it is there already, and no table of marks; "
             "choose another name, or remove it"
         )
-    return [{key: value or "" for key, value in row.items() if key} for row in rows]
+    if missing:
+        raise DataError(
+            path,
+            f"no column is called {', '.join(missing)} any more",
+            "give it back its name, or take it from a copy; or grade into a new table",
+        )
 
 
 def separator(path: Path) -> str:
@@ -67,6 +102,8 @@ def _text(path: Path) -> str:
 
 def write(path: Path, columns: Iterable[str], rows: Iterable[Row], comma: str) -> None:
     """Write a table as a whole, sorted by student and lab.
+
+    Notes and answers for which a spreadsheet has no room are shortened.
 
     Parameters
     ----------
@@ -89,4 +126,14 @@ def write(path: Path, columns: Iterable[str], rows: Iterable[Row], comma: str) -
         writer = csv.DictWriter(file, list(columns), delimiter=comma)
         writer.writeheader()
         for row in sorted(rows, key=order):
-            writer.writerow({key: harmless(value) for key, value in row.items()})
+            cells = {key: harmless(value) for key, value in row.items()}
+            writer.writerow(cells | {key: _short(cells, key) for key in SHORTENED})
+
+
+def _short(row: Row, key: str) -> str:
+    """A text that a cell holds."""
+    text = row.get(key, "")
+    if len(text) <= LONGEST:
+        return text
+    end = f"\n[shortened here; {SHORTENED[key].format(file=row['file'])}]"
+    return text[: LONGEST - len(end)] + end
