@@ -94,3 +94,34 @@ def test_it_is_written_nowhere_where_something_is(given):
         cli.run(cli.parse(["labs", "handout", "-o", str(given)]))
     with pytest.raises(SystemExit, match="choose a place outside"):
         cli.run(cli.parse(["labs", "handout", "-o", str(handout.ROOT / "course")]))
+
+
+def test_a_file_that_is_missing_is_named_before_anything_is_written(
+    tmp_path, monkeypatch
+):
+    clone = tmp_path / "clone"
+    clone.mkdir()
+    (clone / "LICENSE").write_text("free")
+    (clone / "CITATION.cff").write_text("cite")
+    for words in (["init", "-q"], ["add", "-A"]):
+        subprocess.run(["git", "-C", str(clone), *words], check=True)
+    (clone / "CITATION.cff").unlink()
+    monkeypatch.setattr(handout, "ROOT", clone)
+    for _ in range(2):
+        with pytest.raises(
+            ValueError, match=r"CITATION.cff: not there, .*git restore"
+        ):
+            handout.write(tmp_path / "course")
+    assert [path.name for path in tmp_path.iterdir()] == ["clone"]
+
+
+@pytest.mark.parametrize("error", [OSError, KeyboardInterrupt])
+def test_nothing_is_left_behind_when_the_writing_stops(tmp_path, monkeypatch, error):
+    def stops(*_):
+        (tmp_path / "course.zip").write_text("half")
+        raise error
+
+    monkeypatch.setattr(handout.shutil, "make_archive", stops)
+    with pytest.raises(error):
+        handout.write(tmp_path / "course")
+    assert list(tmp_path.iterdir()) == []

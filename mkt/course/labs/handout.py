@@ -55,7 +55,8 @@ def write(folder: Path) -> list[Path]:
     Raises
     ------
     ValueError
-        Where something is in the way.
+        Where something is in the way, or a file that git knows is not there.  Then,
+        and whatever else goes wrong, nothing is left behind.
     """
     folder = folder.resolve()
     archive = folder.with_name(f"{folder.name}.zip")
@@ -64,15 +65,26 @@ def write(folder: Path) -> list[Path]:
             raise ValueError(f"-o {path}: it is there already; choose another name")
     if folder.is_relative_to(ROOT):
         raise ValueError(f"-o {folder}: choose a place outside of {ROOT}")
-    for name in _files():
+    names = _files()
+    try:
+        _fill(folder, names)
+        shutil.make_archive(str(folder), "zip", folder.parent, folder.name)
+    except BaseException:  # also Ctrl-C
+        shutil.rmtree(folder, ignore_errors=True)
+        archive.unlink(missing_ok=True)
+        raise
+    return [folder, archive]
+
+
+def _fill(folder: Path, names: list[str]) -> None:
+    """Copy files of the clone, and write what only a handout has."""
+    for name in names:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
     labs = [path.name for path in release(folder / _inside(HANDOUT))]
     text = README.format(labs=_inside(HANDOUT), first=labs[0] if labs else "LAB")
     (folder / "README.md").write_text(text, encoding="utf-8")
     _let_git_take_the_labs(folder / ".gitignore")
-    shutil.make_archive(str(folder), "zip", folder.parent, folder.name)
-    return [folder, archive]
 
 
 def _let_git_take_the_labs(ignored: Path) -> None:
@@ -92,7 +104,7 @@ def _files() -> list[str]:
     Raises
     ------
     ValueError
-        Where this is no clone.
+        Where this is no clone, or files are missing in it.
     """
     listed = ["git", "-C", str(ROOT), "ls-files", "-z"]
     try:
@@ -101,8 +113,15 @@ def _files() -> list[str]:
         raise ValueError(
             f"{ROOT}: only a git clone can be handed out, whose files git lists"
         ) from None
-    names = done.stdout.split("\0")
-    return [name for name in names if name and not _left_out(name)]
+    known = done.stdout.split("\0")
+    names = [name for name in known if name and not _left_out(name)]
+    missing = [name for name in names if not (ROOT / name).is_file()]
+    if missing:
+        raise ValueError(
+            f"{ROOT}: {', '.join(missing)}: not there, though git knows of it; "
+            "bring it back with `git restore`, or take it out with `git rm`"
+        )
+    return names
 
 
 def _left_out(name: str) -> bool:
