@@ -1,6 +1,7 @@
 """`labs grade` goes through a folder whatever is in it."""
 
 import json
+from pathlib import Path
 
 import nbformat
 import pytest
@@ -116,6 +117,17 @@ def test_grade_says_so_when_there_is_nothing_to_grade(toy):
     with pytest.raises(SystemExit, match="no notebooks in there"):
         graded(toy / "nothing", toy / "grades.csv")
     assert not (toy / "grades.csv").exists()
+
+
+def test_a_table_in_the_folder_of_the_submissions_is_none_itself(toy, monkeypatch):
+    """Nor are its rubrics and pages, however often it is graded and by what path."""
+    folder = toy / "submitted"
+    hand_in(folder / "ada" / "toy.ipynb", answer(**GOOD))
+    monkeypatch.chdir(folder)
+    (toy / "link").symlink_to(folder)
+    for place in (folder, toy / "link", Path()):
+        assert list(graded(place, folder / "grades.csv")) == ["ada"]
+        assert list(graded(folder, place / "grades.csv")) == ["ada"]
 
 
 @pytest.mark.parametrize(

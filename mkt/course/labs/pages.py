@@ -23,6 +23,11 @@ def folder_of(output: Path) -> Path:
     return output.with_name(f"{output.stem}_pages")
 
 
+def rubrics_of(output: Path) -> Path:
+    """The file of the rubrics that belong to a table."""
+    return output.with_name(f"{output.stem}_rubrics.md")
+
+
 def write(output: Path, row: Row, lab: NotebookNode) -> None:
     """Write the page of a row: FOLDER/STUDENT/LAB.html, with the file's hash in it.
 
@@ -69,7 +74,7 @@ def write_rubrics(output: Path, labs: dict[str, NotebookNode]) -> None:
         for title, lab in labs.items()
         for question, cell in of_role(lab, "question").items()
     ]
-    with whole(output.with_name(f"{output.stem}_rubrics.md")) as half:
+    with whole(rubrics_of(output)) as half:
         half.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
 
 

@@ -6,7 +6,7 @@ All files are copied before anything of the students' runs.
 import hashlib
 import shutil
 import stat
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -43,7 +43,9 @@ class Submission:
     trouble: str = ""
 
 
-def handed_in(folder: Path, names: Iterable[str], copies: Path) -> list[Submission]:
+def handed_in(
+    folder: Path, names: Iterable[str], copies: Path, ours: Collection[Path]
+) -> list[Submission]:
     """The same as `submissions`, copied, where there is something to grade.
 
     Parameters
@@ -53,6 +55,8 @@ def handed_in(folder: Path, names: Iterable[str], copies: Path) -> list[Submissi
         Of the labs.
     copies : Path
         The folder for the copies.
+    ours : collection of Path
+        Files and folders that are no submissions, wherever they are.
 
     Raises
     ------
@@ -63,7 +67,7 @@ def handed_in(folder: Path, names: Iterable[str], copies: Path) -> list[Submissi
         raise ValueError(f"{folder}: this is a file; give the folder that it is in")
     if not folder.is_dir():
         raise ValueError(f"{folder}: there is no such folder")
-    found = [_copied(folder, one, copies) for one in submissions(folder, names)]
+    found = [_copied(folder, one, copies) for one in submissions(folder, names, ours)]
     if all(one.trouble for one in found):
         raise ValueError(
             f"{folder}: no notebooks in there; it takes STUDENT/LAB/LAB.ipynb, "
@@ -72,7 +76,9 @@ def handed_in(folder: Path, names: Iterable[str], copies: Path) -> list[Submissi
     return found
 
 
-def submissions(folder: Path, names: Iterable[str]) -> list[Submission]:
+def submissions(
+    folder: Path, names: Iterable[str], ours: Collection[Path]
+) -> list[Submission]:
     """What was handed in, even if it is no notebook, or not even a file.
 
     They are STUDENT/[.../]LAB.ipynb, as nbgrader's ``submitted`` has them, or
@@ -84,18 +90,28 @@ def submissions(folder: Path, names: Iterable[str]) -> list[Submission]:
     folder : Path
     names : iterable of str
         Of the labs.
+    ours : collection of Path
+        Files and folders that do not count either.
     """
     names = list(names)
+    left_out = {path.resolve() for path in ours}
     paths = [
         path.relative_to(folder)
         for path in sorted(folder.rglob("*"))
         if path.is_symlink() or not path.is_dir()
+        if left_out.isdisjoint(_with_parents(folder, path))
     ]
     return [
         _submission(folder, path, names)
         for path in paths
         if not any(map(_is_aside, path.parts))
     ]
+
+
+def _with_parents(folder: Path, path: Path) -> list[Path]:
+    """A path and the folders above it, without links above the folder."""
+    absolute = folder.resolve() / path.relative_to(folder)
+    return [absolute, *absolute.parents]
 
 
 def _is_aside(part: str) -> bool:
