@@ -108,9 +108,7 @@ def test_a_file_that_is_missing_is_named_before_anything_is_written(
     (clone / "CITATION.cff").unlink()
     monkeypatch.setattr(handout, "ROOT", clone)
     for _ in range(2):
-        with pytest.raises(
-            ValueError, match=r"CITATION.cff: not there, .*git restore"
-        ):
+        with pytest.raises(ValueError, match=r"CITATION.cff: not there, .*git restore"):
             handout.write(tmp_path / "course")
     assert [path.name for path in tmp_path.iterdir()] == ["clone"]
 
