@@ -85,6 +85,9 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
         top.print_help()
         sys.exit(2)
     args, args_rest = top.parse_known_args(words)
+    if "names" in args and not any(word.startswith("-") for word in args_rest):
+        # argparse takes names behind an option for strange words.
+        args.names, args_rest = [*args.names, *args_rest], []
     if args_rest and args.command not in HANDING_ON:
         top.error(f"unrecognized arguments: {' '.join(args_rest)}")
     wrong = args.check(args) if "check" in args else None

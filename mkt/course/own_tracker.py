@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from mkt.files import DataError
+from mkt.registry import UnknownName
 from mkt.scenes.drawn import Drawn
 from mkt.trackers import by_name
 from mkt.tracking import Tracker
@@ -26,7 +27,7 @@ WANTED = (
 
 
 def enter(name: str) -> str:
-    """Make ``module:Class`` known as a tracker; other names stay what they are.
+    """Make ``module:Class`` known as a tracker; known names stay what they are.
 
     Parameters
     ----------
@@ -44,8 +45,12 @@ def enter(name: str) -> str:
         When there is no such thing, or it is no tracker; DataError with the line in
         which its module fails.
     """
-    if ":" in name and name not in by_name.TRACKERS:
-        by_name.add(name, _made(name), name)
+    if name in by_name.TRACKERS:
+        return name
+    if ":" not in name:
+        unknown = UnknownName("tracker", name, list(by_name.TRACKERS))
+        raise ValueError(f"{unknown}; one of your own is MODULE:CLASS")
+    by_name.add(name, _made(name), name)
     return name
 
 

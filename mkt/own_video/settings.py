@@ -236,6 +236,14 @@ def _checked(path: Path, values: Any) -> Settings:
                 f"{name} is {reprlib.repr(values[name])}, which it cannot be",
                 f"correct it, or {AGAIN}",
             )
+    tracker = values["tracker"]
+    if ":" in tracker and tracker not in by_name.TRACKERS:
+        raise DataError(
+            path,
+            f"made with a tracker of your own, {tracker}, and a file may not choose "
+            "which code runs",
+            f"name it again: --tracker {tracker}",
+        )
     return Settings(**values | {"box": tuple(values["box"])})
 
 

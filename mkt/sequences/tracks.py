@@ -113,10 +113,12 @@ def read(path: Path, found: Found) -> tuple[Track, Sequence]:
         regions = _regions(path, found, clip)
         lost = np.asarray(np.isnan(regions).any(1))
     if len(regions) != len(clip):
+        last = found.first + len(clip) - 1
         raise DataError(
             path,
             f"{len(regions)} rows for the {len(clip)} frames of {found.name}",
-            "every frame needs one row, NaN where nothing was found",
+            "every frame needs one row, NaN where nothing was found, and none may be "
+            f"left; a longer film can be tracked with --to {last}",
         )
     return Track(regions, np.full(len(clip), np.nan), lost, {}), clip
 
@@ -137,6 +139,12 @@ def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
     """The regions in a text of the form that a benchmark's truth has."""
     if found.archive.name == "MOT15":
         return _mot_regions(path, found, clip)
+    if path.read_text("utf-8-sig", "replace").partition("\n")[0].count(",") == 9:
+        raise DataError(
+            path,
+            f"these are rows of MOT, which {found.name} is not",
+            "give the .csv that stands beside it, or boxes as its own truth has them",
+        )
     readers = {
         "BoBoT": lambda path: truth_formats.bobot_regions(path, clip.frames),
         "OTB": truth_formats.otb_regions,

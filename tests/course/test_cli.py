@@ -290,6 +290,13 @@ def test_a_wrong_figure_is_answered_in_a_sentence(words, said, tmp_path, monkeyp
     assert not list(tmp_path.iterdir())
 
 
+def test_names_may_stand_before_and_behind_options():
+    words = "bench", "tracking", "ssd", "--seeds", "3:4", "wm", "mil"
+    assert cli.parse(words).names == ["ssd", "wm", "mil"]
+    with pytest.raises(SystemExit):
+        cli.parse(["bench", "tracking", "--sedes", "3:4", "wm"])
+
+
 @pytest.mark.parametrize(
     "words, said",
     [

@@ -75,7 +75,8 @@ def test_a_file_alone_names_no_code_that_is_run(own):
     words = ("--box", "55,48,50,24", "--tracker", "resting:Still", "-o", "a.mkv")
     run("track", "car.mkv", *words)
     del by_name.TRACKERS._entries["resting:Still"], by_name.LABELS["resting:Still"]
-    with pytest.raises(SystemExit, match="resting:Still"):
+    said = "a.json: made with a tracker of your own.*--tracker resting:Still"
+    with pytest.raises(SystemExit, match=said):
         run("track", "--settings", "a.json", "-o", "b.mkv")
 
 
@@ -111,6 +112,13 @@ def test_what_fails_while_it_runs_is_told_with_its_line(own):
     line = 1 + CODE.splitlines().index('        return state["nothing"]')
     assert f"resting.py, line {line}: IndexError: " in stopped.value.code
     assert "correct it there" in stopped.value.code
+
+
+@pytest.mark.parametrize("words", [("bench", "tracking"), ("track", "x.mkv")])
+def test_a_name_without_its_module_is_told_what_one_of_ones_own_looks_like(own, words):
+    said = "no tracker 'Still'; there are .*one of your own is MODULE:CLASS"
+    with pytest.raises(SystemExit, match=said):
+        run(*words, "--tracker", "Still")
 
 
 def test_what_a_board_would_miss_is_said_before_the_runs(own):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from mkt.evaluation import evaluate
+from mkt.course import cli
+from mkt.evaluation import JUDGED, evaluate
 from mkt.files import DataError
 from mkt.sequences import benchmarks, tracks
 from mkt.sequences.benchmarks import named
@@ -129,6 +130,12 @@ def test_a_target_of_mot_has_a_name_of_its_own(data):
     "name, rows, said",
     [
         ("OTB/car", [[1, 2, 3, 4]], "1 rows for the 6 frames of OTB/car"),
+        ("OTB/car", [[1, 2, 3, 4]] * 7, "7 rows for the 6 .* --to 5"),
+        (
+            "BoBoT/ball",
+            [range(1, 11)] * 6,
+            "rows of MOT, which BoBoT/ball is not; .*csv",
+        ),
         ("walk:9", mot(1, np.ones((2, 4)), 5), "no box in frame 2"),
     ],
 )
@@ -136,6 +143,14 @@ def test_what_does_not_fit_is_refused(data, tmp_path, name, rows, said):
     write(tmp_path / "found.txt", rows)
     with pytest.raises(DataError, match=said):
         tracks.read(tmp_path / "found.txt", named(name))
+
+
+def test_every_number_of_a_score_is_said_with_what_it_means(data, tmp_path, capsys):
+    write(tmp_path / "found.txt", data + [1, 1, 0, 0])
+    cli.run(cli.parse(["bench", "score", str(tmp_path / "found.txt"), "OTB/car"]))
+    lines = [line.split(maxsplit=2) for line in capsys.readouterr().out.splitlines()]
+    assert tuple(name for name, _, _ in lines) == JUDGED
+    assert lines[0][1] == "1.000" and "[px]" in lines[4][2] and "[deg]" in lines[5][2]
 
 
 def ours(path):

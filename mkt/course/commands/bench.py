@@ -7,6 +7,20 @@ from pathlib import Path
 from mkt.course.commands import Commands, command, seeds
 
 FEW = 4  # drawn scenes of each kind, unless more are asked for
+MEANING = {  # of the numbers of `mkt.evaluation.evaluate`
+    "overlap": "mean, over the frames in which the target is seen",
+    "hits": "the share of these whose overlap is above .2",
+    "hits_of_all": "the same out of all frames but the first",
+    "area": "under the success curve",
+    "position": "mean error [px]",
+    "orientation": "mean error [deg]",
+    "scale": "mean error of the size [log]",
+    "shrunk": "the share of frames with less than half of the true area",
+    "lost": "1 where none of the last ten frames is a hit",
+    "failed": "1 where none of them is a hit that is turned the right way",
+    "silent": "the share of the misses in which it did not say that it is lost",
+    "false_alarms": "the share of the hits in which it did",
+}
 
 
 def add(commands: Commands) -> None:
@@ -23,8 +37,9 @@ def add(commands: Commands) -> None:
         "who follows best.  Runs that are known are not done again; Ctrl-C\n"
         "loses only those under way.  A tracker of your own is MODULE:CLASS.\n"
         "With `score`, judges boxes that were found elsewhere: FILE has them in the\n"
-        "form of the truth of SEQUENCE (BoBoT, OTB, VOT, MOT), or is a table of\n"
-        "`track` or of --tracks.",
+        "form of the truth of SEQUENCE (BoBoT, OTB, VOT, MOT), or is a table (.csv)\n"
+        "of `track` or of --tracks.  A .txt of theirs has MOT's rows, which leave out\n"
+        "the frames that are said to be lost: they count as missed.",
         "bench",
         "bench tracking",
         "bench tracking guided pf-75 --seeds 0:10 -o runs.csv",
@@ -64,8 +79,8 @@ def _add_words(add_argument: Callable) -> None:
         action="append",
         default=[],
         metavar="SEQUENCE",
-        help="only this one, such as BoBoT/Vid_A, or PETS09-S2L1:9 for the target 9 of "
-        "a sequence of MOT; may be given several times",
+        help="only this one, such as BoBoT/Vid_A_ball, or PETS09-S2L1:9 for the target "
+        "9 of a sequence of MOT; may be given several times",
     )
     add_argument(
         "--seeds",
@@ -168,7 +183,7 @@ def _score(path: Path, name: str) -> None:
 
     track, clip = tracks.read(path, benchmarks.named(name))
     for what, value in evaluate(track, clip).items():
-        print(f"{what:12}  {value:.3f}")
+        print(f"{what:12}  {value:7.3f}  {MEANING[what]}")
 
 
 def _release() -> None:
