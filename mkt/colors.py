@@ -133,8 +133,8 @@ class ColorBins:
     s_min, v_min : float
         In [0, 1].
     shift : tuple of float
-        How far the borders of each channel's bins are moved, in bins; round the circle
-        in hue, and to the border elsewhere.
+        How far the borders of each channel's bins are moved down, in bins; round the
+        circle in hue, and to the border elsewhere.
 
     Raises
     ------

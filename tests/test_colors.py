@@ -167,3 +167,9 @@ def test_the_longest_side_is_taken_and_one_more_is_not():
     assert BinImage(np.zeros((1, LONGEST), np.uint8), 1).shape == (1, LONGEST)
     with pytest.raises(ValueError, match=str(LONGEST)):
         BinImage(np.zeros((1, LONGEST + 1), np.uint8), 1)
+
+
+def test_a_shift_of_half_a_bin_begins_the_next_bin_half_a_bin_earlier():
+    bins = ColorBins("rgb", shift=(0.5, 0.0, 0.0))
+    reds = np.array([[[15, 0, 0], [16, 0, 0], [255, 0, 0]]], np.uint8)
+    assert bins(reds).labels[0].tolist() == [0, 64, 7 * 64]

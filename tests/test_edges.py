@@ -233,3 +233,9 @@ def test_three_kinds_of_bins_lie_one_behind_the_other():
     assert list(image.compasses) == turning and len(turning) == 2
     votes = np.repeat([0.25, 0, 0.75], [part.m for part in parts])
     assert np.allclose(image.shares, votes)
+
+
+def test_the_brightness_is_that_of_the_eye_to_which_red_is_brighter_than_blue():
+    frame = np.zeros((3, 9, 3), np.uint8)
+    frame[:, :4, 2] = frame[:, 4:, 0] = 255
+    assert EdgeBins()(frame).labels[1, 3:5].tolist() == [0, 0]

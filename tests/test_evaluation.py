@@ -291,6 +291,26 @@ def test_where_one_frame_is_seen_it_decides_and_where_none_is_nothing_does():
     assert np.isnan(true_positives(iou)[2])
 
 
+def test_a_truth_that_is_turned_is_compared_as_it_is():
+    truth = np.array([[50.0, 40, turn, 20, 10] for turn in (0.6, -0.6, 0.6)])
+    clip = Sequence("made up", range(3), truth, np.ones(3))
+    expected = float(overlap(truth[0], truth[1]))
+    assert expected < 0.8
+    assert overlaps(truth * [1, 1, -1, 1, 1], clip)[1:] == pytest.approx(expected)
+    run = restarted(Drifting((0.0, 0.0)), clip)
+    assert run.overlap[1:] == pytest.approx([expected, 1])
+
+
+@pytest.mark.parametrize("degrees, failed", [(44, 0), (46, 1)])
+def test_a_target_is_turned_the_right_way_up_to_45_degrees(degrees, failed):
+    truth = np.tile([50.0, 40, 0, 20, 20], (4, 1))
+    found = truth + [0, 0, np.radians(degrees), 0, 0]
+    clip = Sequence("made up", range(4), truth, np.ones(4))
+    assert evaluate(tracked(found), clip)["failed"] == failed
+    found[2:, 2] = 0
+    assert evaluate(tracked(found), clip)["orientation"] == pytest.approx(degrees / 3)
+
+
 def test_where_no_frame_is_scored_no_number_is_known():
     truth = from_box(np.tile([100.0, 100, 20, 20], (5, 1)))
     numbers = evaluate(tracked(truth), seen(truth, hidden=range(5)))

@@ -126,3 +126,13 @@ def test_the_corner_error_of_many_is_that_of_each():
     for one, error in zip(many, errors, strict=True):
         off = homographies.corners(one) - homographies.corners(FACING)
         assert error == pytest.approx(np.sqrt(np.mean(np.sum(off**2, -1))))
+
+
+@pytest.mark.parametrize(
+    "tilt, far, near", [("tilt_x", [1, 2], [0, 3]), ("tilt_y", [2, 3], [0, 1])]
+)
+def test_a_tilt_takes_the_right_side_away_or_the_lower_one(tilt, far, near):
+    step = 0.2 * np.eye(8)[homographies.PARAMETERS.index(tilt)]
+    seen = homographies.corners(homographies.moved(np.eye(3), step, np.ones(2)))
+    length = [np.linalg.norm(np.diff(seen[side], axis=0)) for side in (far, near)]
+    assert length[0] < 0.9 * length[1]

@@ -8,6 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from mkt.particles import (
     SCHEMES,
+    EllipseMotion,
     Motion,
     Particles,
     covariance,
@@ -271,3 +272,14 @@ def test_residual_copies_the_whole_parts_and_draws_just_the_rest(w, seed):
 def test_only_whole_parts_are_certain():
     certain, left = whole_and_rest([0.475, 0.525])  # of two: 0.95 and 1.05
     assert certain.tolist() == [0, 1] and left == pytest.approx([0.95, 0.05])
+
+
+def test_every_term_of_the_motion_of_an_ellipse_is_the_one_that_is_written():
+    motion = EllipseMotion(position=0.5, velocity=0.25, axes=0.1, growth=0.2)
+    noise = np.arange(1.0, 8)[None]
+    states = np.array([[10.0, 20, 1.5, -2, 9, 16, 5]])
+    moved = motion.predict(states, np.array([3.0, 4.0]), Given(noise))
+    size = 12  # sqrt(9 * 16)
+    kicks = size * noise[0] * [0.5, 0.5, 0.25, 0.25, 0.1, 0.1, 0.2]
+    # va = 5 is shared by the axes as 3 : 4, which is that of the start.
+    assert np.allclose(moved[0], np.array([11.5, 18, 1.5, -2, 12, 20, 5]) + kicks)

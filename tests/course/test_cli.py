@@ -185,7 +185,8 @@ def test_a_chapter_that_was_run_is_no_change_for_git(tmp_path, monkeypatch):
 
     def git(*words):
         known = ["git", "-c", "user.name=a", "-c", "user.email=a@b", "-C", tmp_path]
-        variables = os.environ | {"PYTHONPATH": str(ROOT)}
+        of_nobody = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_NOSYSTEM": "1"}
+        variables = os.environ | {"PYTHONPATH": str(ROOT)} | of_nobody
         done = subprocess.run(
             [*known, *words], env=variables, capture_output=True, text=True, check=True
         )

@@ -152,3 +152,29 @@ def test_summaries_of_a_sweep_are_a_table_on_disk(tmp_path):
     assert first["lost_low"] == pytest.approx(0.032, abs=1e-3)
     write_table(rows, tmp_path / "rows.csv")
     assert len((tmp_path / "rows.csv").read_text().splitlines()) == 17
+
+
+def test_means_and_pairs_have_the_formulas_of_the_books():
+    """Student's t, and Agresti and Min's interval, which adds two runs."""
+    values = np.random.default_rng(0).normal(1, 1, 8)
+    expected = stats.t.interval(0.95, 7, values.mean(), stats.sem(values))
+    assert interval(values, MEAN)[1:] == pytest.approx(expected)
+    gain = (8.5 - 2.5) / 22
+    reach = stats.norm.ppf(0.975) * np.sqrt(11 - 22 * gain**2) / 22
+    pairs = interval(np.repeat([1, -1, 0], [8, 2, 10]), PAIRS)
+    assert pairs == pytest.approx((0.3, gain - reach, gain + reach))
+
+
+@pytest.mark.parametrize(
+    "statistic, values, bound",
+    [
+        (MEAN, np.random.default_rng(0).normal(1, 1, 8), 0),
+        (MEAN, np.full(8, 0.7), 0.5),
+        (MEDIAN, np.arange(1.0, 9), 0.5),
+        (SHARE, np.ones(8), 0.5),
+        (PAIRS, np.ones(8), 0),
+    ],
+)
+def test_a_test_has_the_side_that_it_is_asked_for(statistic, values, bound):
+    above = p_value(values, statistic, bound, "greater")
+    assert above < 0.05 < p_value(values, statistic, bound, "less")

@@ -4,6 +4,7 @@ import dataclasses
 import json
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -13,7 +14,6 @@ from joblib import parallel_config
 from mkt.experiments import sweep as sweeps
 from mkt.experiments.cache import SEAL
 from mkt.experiments.sweep import Job, jobs, sweep
-from mkt.experiments.timing import Clocked
 from mkt.files import ROOT
 from mkt.scenes.drawn import Drawn, drawn
 from mkt.trackers.particle_filter import ParticleFilter
@@ -163,11 +163,15 @@ def test_two_sweeps_at_once_leave_whole_rows(kept, done):
 def test_a_cluster_gives_the_same_rows(tmp_path, monkeypatch):
     from distributed import Client, LocalCluster
 
-    sources = [dataclasses.replace(drawn("illumination", k)) for k in range(2)]
+    sources = [drawn("illumination", k) for k in range(2)]
     made = [Job("ssd", TWO, source, k) for k, source in enumerate(sources)]
     with (
         LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            local_directory=tmp_path,
         ) as cluster,
         Client(cluster),
         parallel_config(backend="dask"),
@@ -178,16 +182,38 @@ def test_a_cluster_gives_the_same_rows(tmp_path, monkeypatch):
     assert there.drop(columns="cpu_ms").equals(here.drop(columns="cpu_ms"))
 
 
-def test_reading_frames_is_not_on_the_trackers_clock():
-    class Busy:
-        def __len__(self):
-            return 2
+def test_each_job_gets_its_own_row_made_or_read(done, kept):
+    made = jobs({"a": TWO, "b": SSD()}, [Drawn("base")], range(2))
+    who = [(job.label, job.seed) for job in made]
+    for _ in range(2):
+        rows = sweep(made, processes=1)
+        assert list(zip(rows["tracker"], rows["seed"], strict=True)) == who
+    assert len(done) == len(made)
 
+
+def test_reading_frames_is_not_on_the_trackers_clock(monkeypatch):
+    """A frame takes 5 s to read, a step 4 ms; the first of four frames has no step."""
+    now = [0.0]
+
+    class Slow(list):
         def __getitem__(self, k):
-            return [3.0, 4.0][k]
+            frame = super().__getitem__(k)
+            now[0] += 5.0
+            return frame
 
-    frames = Clocked(Busy())
-    assert list(frames) == [3.0, 4.0] and len(frames) == 2 and frames.seconds > 0
+    class Timed(SSD):
+        def step(self, state, frame, rng):
+            now[0] += 0.004
+            return super().step(state, frame, rng)
+
+    class Source(Short):
+        def sequence(self):
+            clip = dataclasses.replace(self.drawn.scene(), length=4).sequence()
+            return dataclasses.replace(clip, frames=Slow(clip.frames))
+
+    monkeypatch.setattr(time, "process_time", lambda: now[0])
+    row = sweeps.run(Job("ssd", Timed(), Source(Drawn("base"))))
+    assert row["cpu_ms"] == pytest.approx(3 * 4.0 / 4)
 
 
 def test_parameters_are_columns_nan_where_a_tracker_has_none(done, kept):

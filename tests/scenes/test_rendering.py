@@ -203,3 +203,33 @@ def test_a_hue_is_turned_by_as_many_degrees_as_it_says():
     (before, strong), (after, _) = hues(plain), hues(turned)
     off = (after - before)[strong] % 360
     assert np.median(off) == pytest.approx(90, abs=4)
+
+
+def test_the_background_moves_with_the_camera():
+    pan = ((0.0, 0.0, 0.0, 0.0, 1.0), (1.0, 12.0, -7.0, 0.0, 1.0))
+    away = Layer("car", 20.0, standing(-300, -300))
+    scene = Scene(away, length=2, camera=pan, shutter=0.0, noise=0.0)
+    before, after = scene.sequence().frames
+    assert np.array_equal(after[:-7, 12:], before[7:, :-12])
+
+
+def test_what_is_in_front_is_painted_over_the_target_and_what_is_behind_is_not():
+    wall, target = Layer("bricks", 300.0, MIDDLE), Layer("badge", 60.0, MIDDLE)
+
+    def shown(**layers):
+        frame = render(Scene(target, length=1, noise=0.0, **layers), 0)
+        return frame[110:130, 150:170].astype(int)
+
+    alone, behind, front = shown(), shown(behind=(wall,)), shown(front=(wall,))
+    assert np.abs(behind - alone).max() <= 1
+    assert np.abs(front - alone).max() > 20
+
+
+def test_the_light_changes_with_time_and_the_noise_is_another_in_each_frame():
+    fading = ((0.0, 1.0, 1.0, 1.0), (2.0, 0.5, 0.5, 0.5))
+    scene = Scene(Layer("car", 60.0, MIDDLE), "table", 3, light=fading, noise=0.0)
+    sums = np.array([frame.sum(dtype=float) for frame in scene.sequence().frames])
+    assert sums / sums[0] == pytest.approx([1, 0.75, 0.5], abs=0.01)
+    still = replace(scene, light=((0.0, 1.0, 1.0, 1.0),), noise=4.0)
+    one, two = (frame.astype(float) for frame in still.sequence().frames[:2])
+    assert np.std(one - two) == pytest.approx(4 * 2**0.5, rel=0.1)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from mkt.files import DataError
+from mkt.sequences import video
 from mkt.sequences.video import KEPT, ImageFolder, VideoFile
 from tests.sequences.written import (
     noise,
@@ -200,3 +201,11 @@ def test_the_end_of_a_photograph_is_neither_its_thumbnail_s_nor_that_of_what_fol
     path.write_bytes(whole[:-40])
     with refused(path, "cut short", "download"):
         ImageFolder(tmp_path)
+
+
+def test_of_large_frames_fewer_are_kept(tmp_path, monkeypatch):
+    frames = VideoFile(write_video(tmp_path / "a.mkv", 20))
+    monkeypatch.setattr(video, "ROOM", 5 * frames[0].nbytes)
+    alive = [weakref.ref(frame) for frame in frames]
+    gc.collect()
+    assert sum(ref() is not None for ref in alive) <= 6

@@ -35,7 +35,7 @@ def region_of(case):
 
 
 @pytest.mark.parametrize("case", CASES, ids=name)
-def test_matrices_equal_those_of_visp(case):
+def test_the_tilted_oracle_s_matrices_equal_those_of_visp(case):
     corners, L = np.reshape(case["corners"], (4, 2)), np.reshape(case["matrix"], (4, 6))
     np.testing.assert_allclose(moments(corners), case["features"], **CLOSE)
     found = interaction_matrix_tilted(corners, case["plane"])
@@ -86,7 +86,7 @@ def seen(corners, twist, t):
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("tilt", [0.0, 0.4])
-def test_matrices_are_the_derivatives_of_projected_rectangles(seed, tilt):
+def test_the_tilted_oracle_s_matrices_are_derivatives(seed, tilt):
     corners, plane = rectangle(np.random.default_rng(seed), tilt)
     step = 1e-5
 

@@ -392,3 +392,13 @@ def test_the_mean_of_the_kernels_weighs_less_sharply_than_their_sum():
         shapes[combine] = np.log(weights / weights[0])
     ratio = shapes["sum"][5:] / shapes["mean"][5:]
     np.testing.assert_allclose(ratio, 9, rtol=1e-3)
+
+
+def test_the_defaults_that_are_printed():
+    """In Sections IV-B and VI-A of [T09], and in Section 4 of [C14]."""
+    plain, sir = ParticleFilter(), by_name.get("sir")
+    assert (plain.n, plain.lam, plain.scheme) == (500, 20.0, "multinomial")
+    assert plain.kernels == Kernels("tiles", "uniform")
+    assert Combined().filter == ParticleFilter(n=75)
+    assert [by_name.get(f"pf-{k}").n for k in (1, 500, 75)] == [500, 500, 75]
+    assert (sir.n, sir.scheme, sir.bins) == (200, "systematic", ColorBins("hs"))
