@@ -283,3 +283,30 @@ def test_every_term_of_the_motion_of_an_ellipse_is_the_one_that_is_written():
     kicks = size * noise[0] * [0.5, 0.5, 0.25, 0.25, 0.1, 0.1, 0.2]
     # va = 5 is shared by the axes as 3 : 4, which is that of the start.
     assert np.allclose(moved[0], np.array([11.5, 18, 1.5, -2, 12, 20, 5]) + kicks)
+
+
+class Uniform:
+    """A source of chance that gives certain numbers in [0, 1), in order."""
+
+    def __init__(self, *numbers):
+        self.left = list(numbers)
+
+    def random(self, n=None):
+        taken = [self.left.pop(0) for _ in range(1 if n is None else n)]
+        return taken[0] if n is None else np.array(taken)
+
+
+@pytest.mark.parametrize(
+    "name, chance, expected",
+    [
+        ("multinomial", [0.9, 0.1, 0.6, 0.2], [3, 0, 2, 0]),
+        ("stratified", [0.9, 0.1, 0.1, 0.2], [0, 0, 2, 2]),
+        ("stratified", [0.9, 0.99, 0.1, 0.2], [0, 1, 2, 2]),
+        ("systematic", [0.5], [0, 0, 2, 3]),
+        ("residual", [0.95, 0.1], [0, 2, 3, 0]),
+    ],
+)
+def test_where_each_scheme_leaves_what_to_chance(name, chance, expected):
+    """Weights of 1.8, .2, 1.3 and .7 particles: residual copies two for certain."""
+    drawn = SCHEMES[name]([0.45, 0.05, 0.325, 0.175], Uniform(*chance))
+    assert drawn.tolist() == expected
