@@ -16,6 +16,8 @@ from mkt.course.labs import marks, notebooks
 from mkt.course.labs.judge import Judge, names_of_others
 from mkt.course.labs.notebooks import STUBS, name, of_role, points, released, role
 from mkt.course.labs.student import UNWRITTEN, Cell, Function, Student
+from mkt.evaluation import overlap
+from mkt.histograms import coefficient
 from tests.lot import DAY
 
 LABS = notebooks.labs()
@@ -375,3 +377,39 @@ def test_nbgrader_makes_the_same_version_for_students(lab):
 @each_lab
 def test_the_judge_knows_which_functions_are_the_students(lab):
     assert names_of_others(code(LABS[lab], "given", "check")) == {*written(LABS[lab])}
+
+
+@pytest.fixture(scope="module")
+def behind_a_car():
+    """The names of lab 5 after its runs behind a car, without the film."""
+    upto = ("imports", "half-life", "learn", "learner", "car", "drift")
+    cells = {cell.id: cell for cell in LABS["lab_5_adaptive_model"].cells}
+    space = {}
+    for title in upto:
+        exec(cells[title].source.partition("mkt.play(")[0], space)
+    return space
+
+
+@pytest.mark.slow
+def test_who_keeps_the_first_model_and_who_learns_too_fast_lose_the_car_of_lab_5(
+    behind_a_car,
+):
+    """As its question 1 and the model answer have it."""
+    car = behind_a_car["car"]
+    runs = [behind_a_car[name] for name in ("stays", "hasty", "learns")]
+    stays, hasty, learns = (overlap(run.regions, car.truth)[-20:] for run in runs)
+    assert stays.max() < 0.05 < hasty.min() and hasty.max() < 0.2 and learns.min() > 0.4
+
+
+@pytest.mark.slow
+def test_the_hasty_tracker_of_lab_5_does_not_notice_and_its_first_model_would(
+    behind_a_car,
+):
+    car, hasty = behind_a_car["car"], behind_a_car["hasty"]
+    tracker = behind_a_car["Learner"]()
+    first = tracker.learn(car.frames[0], car.truth[0]).q
+    image = tracker.bins(car.frames[-1])
+    places = np.array([hasty.regions[-1], car.truth[-1]])
+    left, right = coefficient(tracker.disc.histograms(image, places), first)
+    assert np.nanmin(hasty.info["rho"]) > 0.9 and hasty.info["rho"][-20:].min() > 0.97
+    assert left < 0.2 and right > 0.6
