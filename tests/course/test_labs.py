@@ -379,14 +379,19 @@ def test_the_judge_knows_which_functions_are_the_students(lab):
     assert names_of_others(code(LABS[lab], "given", "check")) == {*written(LABS[lab])}
 
 
-@pytest.fixture(scope="module")
-def behind_a_car():
-    """The names of lab 5 after its runs behind a car, without the film."""
-    upto = ("imports", "half-life", "learn", "learner", "car", "drift")
-    cells = {cell.id: cell for cell in LABS["lab_5_adaptive_model"].cells}
+# What is written in one lab
+
+
+def cell_of(lab, title):
+    """The source of a cell."""
+    return next(cell.source for cell in LABS[lab].cells if cell.id == title)
+
+
+def executed(lab, *titles):
+    """The names after some cells of a lab, without films."""
     space = {}
-    for title in upto:
-        exec(cells[title].source.partition("mkt.play(")[0], space)
+    for title in titles:
+        exec(cell_of(lab, title).partition("mkt.play(")[0], space)
     return space
 
 
@@ -413,3 +418,18 @@ def test_the_hasty_tracker_of_lab_5_does_not_notice_and_its_first_model_would(
     left, right = coefficient(tracker.disc.histograms(image, places), first)
     assert np.nanmin(hasty.info["rho"]) > 0.9 and hasty.info["rho"][-20:].min() > 0.97
     assert left < 0.2 and right > 0.6
+def test_lab_4_prints_the_frames_of_which_its_text_speaks(capsys):
+    lab = "lab_4_combining_both"
+    executed(lab, "imports", "material")
+    said = "more than half hidden in frames 44 to 52, wholly in 46 to 50"
+    assert said in capsys.readouterr().out
+    assert "from frame 46 on, for five frames" in cell_of(lab, "material-text")
+
+
+@pytest.fixture(scope="module")
+def behind_a_car():
+    """The names of lab 5 after its runs behind a car."""
+    cells = ("imports", "half-life", "learn", "learner", "car", "drift")
+    return executed("lab_5_adaptive_model", *cells)
+
+
