@@ -19,6 +19,8 @@ from mkt.course.labs.student import UNWRITTEN, Cell, Function, Student
 from mkt.evaluation import overlap
 from mkt.histograms import coefficient
 from tests.lot import DAY
+from mkt.scenes import rendering
+from mkt.scenes.cards import card
 
 LABS = notebooks.labs()
 each_lab = pytest.mark.parametrize("lab", LABS)
@@ -426,10 +428,11 @@ def test_lab_4_prints_the_frames_of_which_its_text_speaks(capsys):
     assert "from frame 46 on, for five frames" in cell_of(lab, "material-text")
 
 
-@pytest.fixture(scope="module")
-def behind_a_car():
-    """The names of lab 5 after its runs behind a car."""
-    cells = ("imports", "half-life", "learn", "learner", "car", "drift")
-    return executed("lab_5_adaptive_model", *cells)
+def test_lab_8_has_one_name_for_each_motion_in_its_table_figures_and_messages():
+    lab = "lab_8_plane_in_space"
+    header = cell_of(lab, "exponential-text").split("| | ")[1].split(" |\n")[0]
+    names = header.replace("$", "").replace("\\", "").split(" | ")
+    assert f"MOTIONS = {tuple(names)}".replace("'", '"') in cell_of(lab, "material")
+    assert "PARAMETERS" not in nbformat.writes(LABS[lab])
 
 
