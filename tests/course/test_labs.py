@@ -256,6 +256,21 @@ def test_a_typical_wrong_answer_loses_its_points_and_no_others(lab, title):
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "lab, title",
+    [
+        (lab, title)
+        for lab in LABS
+        for title, one in wrong_answers(lab).items()
+        if "told" in one
+    ],
+)
+def test_a_wrong_answer_is_told_the_remedy(lab, title):
+    told = wrong_answers(lab)[title]["told"]
+    assert [words for words in tried(lab)[title].values() if told not in words] == []
+
+
 @pytest.mark.parametrize(
     "lab, title", [(lab, title) for lab in LABS for title in right_answers(lab)]
 )
