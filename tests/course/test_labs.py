@@ -279,6 +279,21 @@ def test_a_right_answer_written_otherwise_gets_full_marks(lab, title):
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "lab", [lab for lab in LABS if "my_name" in of_role(LABS[lab], "solution")]
+)
+def test_a_name_that_python_cannot_read_costs_one_point_and_stops_no_other_cell(lab):
+    notebook = copy.deepcopy(LABS[lab])
+    of_role(notebook, "solution")[
+        "my_name"
+    ].source = "def my_name():\n    return Li Wei"
+    with Student(code(notebook, "solution", "given"), 60, boxed=False) as student:
+        judge = Judge(code(notebook, "given"), code(notebook, "check"), student)
+        assert [*student.failures] == ["my_name"]
+        assert [*judge.verdicts()] == ["check_number"]
+
+
 @each_lab
 def test_an_answer_without_elements_gets_no_points(lab):
     """For numpy, no elements are all equal to whatever they are compared with."""
