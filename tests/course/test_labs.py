@@ -4,6 +4,7 @@ import ast
 import copy
 import functools
 import itertools
+import re
 import tomllib
 from pathlib import Path
 
@@ -18,9 +19,9 @@ from mkt.course.labs.notebooks import STUBS, name, of_role, points, released, ro
 from mkt.course.labs.student import UNWRITTEN, Cell, Function, Student
 from mkt.evaluation import overlap
 from mkt.histograms import coefficient
-from tests.lot import DAY
 from mkt.scenes import rendering
 from mkt.scenes.cards import card
+from tests.lot import DAY
 
 LABS = notebooks.labs()
 each_lab = pytest.mark.parametrize("lab", LABS)
@@ -256,7 +257,6 @@ def test_a_typical_wrong_answer_loses_its_points_and_no_others(lab, title):
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "lab, title",
     [
@@ -271,6 +271,7 @@ def test_a_wrong_answer_is_told_the_remedy(lab, title):
     assert [words for words in tried(lab)[title].values() if told not in words] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "lab, title", [(lab, title) for lab in LABS for title in right_answers(lab)]
 )
@@ -278,7 +279,6 @@ def test_a_right_answer_written_otherwise_gets_full_marks(lab, title):
     assert tried(lab)[title] == {}
 
 
-@pytest.mark.slow
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "lab", [lab for lab in LABS if "my_name" in of_role(LABS[lab], "solution")]
@@ -294,6 +294,7 @@ def test_a_name_that_python_cannot_read_costs_one_point_and_stops_no_other_cell(
         assert [*judge.verdicts()] == ["check_number"]
 
 
+@pytest.mark.slow
 @each_lab
 def test_an_answer_without_elements_gets_no_points(lab):
     """For numpy, no elements are all equal to whatever they are compared with."""
@@ -318,6 +319,14 @@ def test_the_teachers_version_says_so_first_and_the_students_does_not(lab):
         LABS[lab].cells[0].source.startswith("*The teacher's version, with solutions.")
     )
     assert "teacher's version" not in nbformat.writes(released(LABS[lab]))
+
+
+@each_lab
+def test_a_student_reads_nothing_of_a_clone_or_of_copies_that_only_the_authors_have(
+    lab,
+):
+    text = nbformat.writes(released(LABS[lab]))
+    assert "the clone" not in text and "our copy" not in text
 
 
 @pytest.mark.slow
@@ -427,6 +436,21 @@ def executed(lab, *titles):
     return space
 
 
+def test_lab_4_prints_the_frames_of_which_its_text_speaks(capsys):
+    lab = "lab_4_combining_both"
+    executed(lab, "imports", "material")
+    said = "more than half hidden in frames 44 to 52, wholly in 46 to 50"
+    assert said in capsys.readouterr().out
+    assert "from frame 46 on, for five frames" in cell_of(lab, "material-text")
+
+
+@pytest.fixture(scope="module")
+def behind_a_car():
+    """The names of lab 5 after its runs behind a car."""
+    cells = ("imports", "half-life", "learn", "learner", "car", "drift")
+    return executed("lab_5_adaptive_model", *cells)
+
+
 @pytest.mark.slow
 def test_who_keeps_the_first_model_and_who_learns_too_fast_lose_the_car_of_lab_5(
     behind_a_car,
@@ -450,12 +474,6 @@ def test_the_hasty_tracker_of_lab_5_does_not_notice_and_its_first_model_would(
     left, right = coefficient(tracker.disc.histograms(image, places), first)
     assert np.nanmin(hasty.info["rho"]) > 0.9 and hasty.info["rho"][-20:].min() > 0.97
     assert left < 0.2 and right > 0.6
-def test_lab_4_prints_the_frames_of_which_its_text_speaks(capsys):
-    lab = "lab_4_combining_both"
-    executed(lab, "imports", "material")
-    said = "more than half hidden in frames 44 to 52, wholly in 46 to 50"
-    assert said in capsys.readouterr().out
-    assert "from frame 46 on, for five frames" in cell_of(lab, "material-text")
 
 
 def test_lab_8_has_one_name_for_each_motion_in_its_table_figures_and_messages():
@@ -466,3 +484,20 @@ def test_lab_8_has_one_name_for_each_motion_in_its_table_figures_and_messages():
     assert "PARAMETERS" not in nbformat.writes(LABS[lab])
 
 
+@pytest.mark.slow
+def test_lab_8_says_how_far_its_cards_tilt():
+    lab = "lab_8_plane_in_space"
+    right_tilt = executed(lab, "imports", "tilt")["tilt"]
+    most = max(np.degrees(steepest(seed, right_tilt)) for seed in range(2000, 2060))
+    said = re.search(r"up to some (\d+) degrees in all", cell_of(lab, "track-text"))
+    assert said and abs(int(said[1]) - most) < 10
+
+
+def steepest(seed, tilt):
+    """The largest tilt [rad] of a card of lab 8, every tenth frame."""
+    scene = card("base", seed)
+    frames = np.arange(0, scene.length, 10)
+    sides = scene.sequence().truth[0][3:]
+    camera = np.array([[scene.focal, 0, 159.5], [0, scene.focal, 119.5], [0, 0, 1]])
+    homographies = rendering.homographies(scene, scene.target, frames)
+    return max(tilt(H, camera, *sides) for H in homographies)

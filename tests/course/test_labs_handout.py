@@ -41,6 +41,18 @@ def test_it_has_chapters_labs_and_the_two_commands_also_in_the_zip(given):
     assert "python3 -m mkt lab\n" in text and "python3 -m mkt labs check" in text
 
 
+def test_its_readme_names_the_papers_that_the_labs_cite(given):
+    labs = (given / "notebooks" / "handout").glob("*.ipynb")
+    cited = {
+        paper
+        for lab in labs
+        for paper in re.findall(r"\[[A-Z]\d\d\]", lab.read_text(encoding="utf-8"))
+    }
+    text = (given / "README.md").read_text(encoding="utf-8")
+    assert cited == {"[T09]", "[N03]", "[C14]"}
+    assert [paper for paper in sorted(cited) if paper not in text] == []
+
+
 def test_what_the_links_for_servers_open_is_in_it(given):
     links = [
         urllib.parse.unquote(link)

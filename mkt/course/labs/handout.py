@@ -36,6 +36,10 @@ the labs.  The labs are in `{labs}`.  To hear how you are doing, save and run
 as often as you like.  On Windows it is `py` in place of `python3`.
 
 Hand in the notebook under the name that it has.
+
+The labs and chapters follow three papers: [T09], Teulière, Marchand and Eck 2009,
+[N03], Nummiaro, Koller-Meier and Van Gool 2003, and [C14], Córdoba, Koike and Vidal
+2014.  "As we have it" means: in our print, which may have a slip that others have not.
 """
 
 
