@@ -4,6 +4,7 @@ import pytest
 
 from mkt.course import cli
 from mkt.course.labs import table
+from mkt.course.labs.notebooks import headings, labs
 from tests.course.toy_lab import GOOD, answer, graded, hand_in
 
 # Each starts students' programs; a quick loop leaves them out.
@@ -24,6 +25,12 @@ def grades(toy):
     return toy / "grades.csv"
 
 
+def test_a_page_calls_parts_by_their_headings_and_never_by_the_marks_of_a_solution():
+    for title, lab in labs().items():
+        places = headings(lab)
+        assert [place for place in places.values() if "SOLUTION" in place] == [], title
+
+
 def typed(output, text):
     """Type the points of the question `why`, as a German spreadsheet saves it."""
     found = table.read(output)
@@ -37,6 +44,7 @@ def test_the_page_says_what_was_right_the_sentences_and_the_points(grades):
     assert "<strong>1 of 3 points</strong> by the checks" in text
     assert "check_add: 1 + 2 is 3, not -1" in text
     assert "I do not know." in text
+    assert "SOLUTION" not in text
     assert "Because." not in text  # the model answer
     rubrics = grades.with_name("grades_rubrics.md").read_text(encoding="utf-8")
     assert "toy, why: 3 points" in rubrics and "Because." in rubrics

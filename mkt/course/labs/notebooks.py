@@ -38,6 +38,8 @@ c.CourseDirectory.course_id = "mkt"
 c.ExecutePreprocessor.timeout = {limit}
 c.ExecutePreprocessor.interrupt_on_timeout = True  # and go on with the next cell
 """
+# Not the marks of a solution or of hidden tests, which look like headings.
+_HEADING = r"^#{1,6} (?!(?:BEGIN|END) )(.+)$"
 # By nbgrader's "solution", "grade" and "locked".
 _ROLES = {
     (True, False, False): "solution",
@@ -102,7 +104,7 @@ def headings(notebook: NotebookNode) -> dict[str, str]:
     heading = None
     for cell in notebook.cells:
         if cell.cell_type == "markdown":
-            titles = re.findall(r"^#+ (.+)$", cell.source, re.MULTILINE)
+            titles = re.findall(_HEADING, cell.source, re.MULTILINE)
             heading = titles[-1] if titles else heading
         places[name(cell)] = heading or name(cell)
     return places
