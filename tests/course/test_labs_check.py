@@ -5,9 +5,11 @@ import pytest
 
 from mkt.course import cli
 from mkt.course.labs import checking
+from mkt.course.labs.judge import judged
 from mkt.course.labs.marks import faults
 from mkt.course.labs.notebooks import headings, released
-from tests.course.toy_lab import GOOD, TOY, answer, hand_in
+from mkt.course.labs.student import DIED, Cell
+from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
 
 
 def test_release_writes_the_students_version_and_never_over_the_solutions(toy, capsys):
@@ -45,6 +47,50 @@ def test_check_names_the_first_cell_that_stops_by_the_heading_above_it_and_no_ce
     assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1
     *_, fault, _ = capsys.readouterr().out.splitlines()
     assert fault.startswith('under "1. Add": stops with SyntaxError')
+
+
+FURTHER = """\
+def one():
+    return 6
+
+
+def six():
+    return 5 + one()"""
+
+
+@pytest.mark.slow
+def test_what_is_tried_further_down_takes_no_points_away(toy, capsys):
+    """Each check has the functions, and all that they use, as they are where it is."""
+    mine = answer(**GOOD | {"six": FURTHER.replace("return 6", "return 1")})
+    for source in (FURTHER, "def add(a, b):\n    return []", "del six"):
+        mine.cells.append(nbformat.v4.new_code_cell(source))
+    hand_in(toy / "in" / "ada" / "toy.ipynb", mine)
+    assert cli.run(cli.parse(["labs", "check", str(toy / "in/ada/toy.ipynb")])) == 0
+    assert "3 of 3 points so far" in capsys.readouterr().out
+    assert graded(toy / "in", toy / "grades.csv")["ada"]["points"] == "3"
+
+
+def test_a_function_that_is_passed_on_is_the_one_above_the_check():
+    cells = [Cell("check", ""), Cell("below", "def f():\n    return 2")]
+    cells.insert(0, Cell("f", "def call(g):\n    return g()\n\ndef f():\n    return 1"))
+    check = Cell("check", "assert call(f) == 1, call(f)")
+    assert judged([], [check], cells, boxed=False) == {}
+    moved = [cells[0], cells[2], cells[1]]
+    assert judged([], [check], moved, boxed=False) == {"check": "2"}
+
+
+def test_a_check_finds_what_is_defined_below_it_alone_and_so_does_one_that_is_gone():
+    define, place = Cell("f", "def f():\n    return 1"), Cell("check", "")
+    check = Cell("check", "assert f() == 1")
+    for cells in ([place, define], [define]):
+        assert judged([], [check], cells, boxed=False) == {}
+
+
+def test_what_ends_the_program_below_a_check_takes_no_points_away_either():
+    cells = [Cell("f", "def f():\n    return 1"), Cell("check", "")]
+    cells += [Cell("end", "import os\nos._exit(1)"), Cell("f2", "def f(): return 2")]
+    said = judged([], [Cell("check", "assert f() == 1")], cells, boxed=False)
+    assert said == {"end": DIED}
 
 
 def test_a_cell_is_found_by_the_bare_heading_above_it_or_else_by_its_name():

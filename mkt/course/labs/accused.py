@@ -55,6 +55,7 @@ class Accused:
         config = Config({"HistoryManager": {"enabled": False}})
         self.shell = InteractiveShell.instance(config=config)
         self.kept: list[Any] = []
+        self.places: dict[str, dict[str, Any]] = {}  # by cell: the names behind it
         self.generators: dict[int, np.random.Generator] = {}
 
     def serve(self) -> None:
@@ -98,29 +99,32 @@ class Accused:
         done = self.shell.run_cell(request["source"])
         if "matplotlib.pyplot" in sys.modules:
             sys.modules["matplotlib.pyplot"].close("all")
+        self.places[request["name"]] = dict(self.shell.user_ns)
         error = done.error_before_exec or done.error_in_exec
         return _told(error) if error else {"value": None}
 
     def call(self, request: Request) -> Request:
-        """Call a function, with some of the names that it uses replaced."""
-        with patch.dict(self.shell.user_ns, request["patches"]):
-            function = self.named(request["name"])
+        """Call a function as it was at a place, with some of its names replaced."""
+        names = self.places.get(request["place"], {}) | request["patches"]
+        with patch.dict(self.shell.user_ns, names):
+            function = self.named(request["name"], request["place"])
             return {"value": function(*request["args"], **request["kwargs"])}
 
     def get(self, request: Request) -> Request:
         """An attribute of an object that was kept."""
         return {"value": getattr(self.kept[request["kept"]], request["name"])}
 
-    def named(self, name: str) -> Any:
-        """The object to which the student has given this name.
+    def named(self, name: str, place: str) -> Any:
+        """The object that a name stood for behind a cell, or else stands for now.
 
         Raises
         ------
         NameError
         """
-        if name not in self.shell.user_ns:
-            raise NameError(f"name '{name}' is not defined")
-        return self.shell.user_ns[name]
+        for names in (self.places.get(place, {}), self.shell.user_ns):
+            if name in names:
+                return names[name]
+        raise NameError(f"name '{name}' is not defined")
 
     def back(self, number: int, args: tuple, kwargs: dict) -> Any:
         """Call a function of the judge's."""
@@ -144,7 +148,7 @@ class _Unpickler(pickle.Unpickler):
         """What the judge does not send, but names."""
         kind, name, *more = pid
         if kind == "own":
-            return self.accused.named(name)
+            return self.accused.named(name, *more)
         if kind == "kept":
             return self.accused.kept[name]
         if kind == "function":

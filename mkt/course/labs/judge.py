@@ -3,7 +3,8 @@
 The student's cells run in one process (`mkt.course.labs.accused`), and the given cells
 and checks of the lab here, where the student's names stand for calls into the other
 one.  A check sees what a function returns, and nothing that was done to Python, numpy
-or the notebook around it.  ``python -m mkt.course.labs.judge`` judges one notebook.
+or the notebook around it.  It has the student's functions as they are where it stands.
+``python -m mkt.course.labs.judge`` judges one notebook.
 """
 
 import ast
@@ -68,6 +69,7 @@ class Judge:
     def verdict(self, cell: Cell) -> str:
         """Execute a cell of the lab, and say what went wrong, "" if nothing did."""
         self.student.allow()
+        self.student.place = cell.name
         with contextlib.redirect_stdout(io.StringIO()):
             try:
                 exec(compile(cell.source, cell.name, "exec"), self.space)
@@ -111,7 +113,7 @@ def judged(
     given, checks : list of Cell
         Of the lab.
     theirs : list of Cell
-        All cells of the student except the checks.
+        All cells of the student, empty ones in the places of the checks.
     limit : float [s]
         What a cell or a check may take.
     boxed : bool
@@ -150,6 +152,8 @@ def main() -> None:
     )
     with Student(theirs, case["limit"], case["boxed"]) as student:
         said = Judge(given, checks, student).verdicts()
+        for check in checks:  # of which only the verdict counts
+            student.failures.pop(check.name, None)
         print(json.dumps(student.failures | said))
 
 

@@ -2,7 +2,8 @@
 
 A submission runs as the student left it, but each given cell is replaced by the lab's
 own, found by its grade_id, and the checks are the lab's own: one that was edited or
-deleted is neither of help nor of harm.
+deleted is neither of help nor of harm.  Names that the student gives to something else
+below a check do not change what it says.
 """
 
 import warnings
@@ -84,7 +85,9 @@ def failures_of(
         _cells(of_role(lab, which).values()) for which in ("given", "check")
     )
     code = [cell for cell in merged(lab, notebook).cells if cell.cell_type == "code"]
-    theirs = _cells(cell for cell in code if role(cell) != "check")
+    theirs = [
+        Cell(name(cell), "" if role(cell) == "check" else cell.source) for cell in code
+    ]
     return judged(given, checks, theirs, limit, boxed=boxed)
 
 

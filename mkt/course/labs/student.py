@@ -88,7 +88,8 @@ class Function:
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Call it, in the student's process."""
         request = {"name": self.name, "args": args, "kwargs": kwargs}
-        more = {"do": "call", "patches": self.patches()}
+        place = self.student.place
+        more = {"do": "call", "patches": self.patches(), "place": place}
         return self.student.ask(request | more)["value"]
 
 
@@ -107,6 +108,9 @@ class Student:
     ----------
     failures : dict
         Name of each cell that failed -> what went wrong, in words.
+    place : str
+        The cell behind which the student's names are looked up: what stands further
+        down may give them to something else.
     deadline : float [s]
         Until when it may answer, of `time.monotonic`; each cell and each check has one.
     """
@@ -115,6 +119,7 @@ class Student:
         self.cells, self.limit, self.boxed = cells, limit, boxed
         self.failures: dict[str, str] = {}
         self.deadly: set[str] = set()
+        self.place = ""
         self.end = time.monotonic() + CELLS * limit
         self.deadline = self.end
         self.process: subprocess.Popen | None = None
@@ -177,7 +182,7 @@ class Student:
         self.allow()
         self.failures.pop(cell.name, None)
         try:
-            self.ask({"do": "run", "source": cell.source})
+            self.ask({"do": "run", "source": cell.source, "name": cell.name})
         except TheirError as error:
             self.failures[cell.name] = str(error)
             if self.process is None:
@@ -267,7 +272,7 @@ class _Pickler(pickle.Pickler):
         Random numbers come from a copy, whose state comes back with every answer.
         """
         if isinstance(obj, Function):
-            return "own", obj.name
+            return "own", obj.name, self.student.place
         if isinstance(obj, Kept):
             return "kept", obj.number
         if isinstance(obj, FunctionType) and obj.__module__ == WHERE:
