@@ -81,6 +81,19 @@ def test_a_whole_course_with_one_name_is_noted_in_one_line_each():
     assert all(len(sentences) == 1 for sentences in noted.values())
 
 
+def test_one_name_written_in_two_ways_is_noted_for_it_has_one_scene():
+    names = {"a": "Li Wei", "b": "li  wei", "c": "Lí Wei", "d": " ", "e": " "}
+    found = [Submission(one, "lab_1", Path(one), sha256=one) for one in names]
+    noted = coincidences(found, {Path(one): name for one, name in names.items()})
+    assert {str(path): sentences for path, sentences in noted.items()} == {
+        "a": ["the name in it, 'Li Wei', is also in b"],
+        "b": ["the name in it, 'li  wei', is also in a"],
+        "c": [],
+        "d": [],
+        "e": [],
+    }
+
+
 def test_a_name_that_cannot_be_read_is_none():
     notebook = with_name("Anna")
     for source in ("def my_name(", "def my_name():\n    return 3", "x = '\0'"):

@@ -10,6 +10,8 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from mkt.course.labs.variants import plain_name
+
 # What systems and nbgrader leave beside what was handed in.
 ASIDE = {"__pycache__", "__MACOSX", "timestamp.txt"}
 LARGEST = 50e6  # [bytes] of a notebook
@@ -183,8 +185,13 @@ def _odd(
 ) -> list[str]:
     """The sentences about one submission beside the others."""
     written = names.get(one.path, "")
+    plain = plain_name(written)
     of_lab = [other for other in others if one.lab and other.lab == one.lab]
-    named = [other for other in of_lab if written and names.get(other.path) == written]
+    named = [
+        other
+        for other in of_lab
+        if plain and plain_name(names.get(other.path, "")) == plain
+    ]
     alike = {
         f"the name in it, {written!r}, is also in": [
             other for other in named if other.student != one.student

@@ -29,7 +29,7 @@ def own_seed(my_name: Callable[[], str]) -> int:
 
 
 def seed_of(text: str) -> int:
-    """The seed for a name, from `FIRST` on; capitals and blanks do not matter.
+    """The seed for a name, from `FIRST` on, the same however it is written.
 
     Raises
     ------
@@ -38,11 +38,16 @@ def seed_of(text: str) -> int:
     ValueError
         For a name without letters.
     """
-    plain = "".join(unicodedata.normalize("NFKC", text).casefold().split())
+    plain = plain_name(text)
     if not plain:
         raise ValueError("a name has letters in it, and this one has none")
     digest = hashlib.sha256(plain.encode("utf-8", "replace")).digest()
     return FIRST + int.from_bytes(digest[:8], "big") % MANY
+
+
+def plain_name(text: str) -> str:
+    """What is the same in a name however it is written, without capitals and blanks."""
+    return "".join(unicodedata.normalize("NFKC", text).casefold().split())
 
 
 def written_name(notebook: NotebookNode) -> str:
