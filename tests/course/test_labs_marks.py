@@ -3,7 +3,7 @@
 import pytest
 
 from mkt.course import cli
-from mkt.course.labs import table
+from mkt.course.labs import grading, table
 from mkt.course.labs.notebooks import headings, labs
 from tests.course.toy_lab import GOOD, answer, graded, hand_in
 
@@ -74,6 +74,57 @@ def test_a_second_run_keeps_what_was_typed_and_grades_only_what_is_new(grades, t
     graded(toy / "submitted", grades)
     totals = {row["student"]: row["total"] for row in table.read(grades)}
     assert totals == {"ada": "4", "bob": "0"}
+
+
+def test_a_file_that_is_handed_in_again_keeps_the_points_of_the_same_answer(
+    grades, toy
+):
+    """The older row says what it is, and its page is gone."""
+    typed(grades, "2,5")
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    graded(toy / "submitted", grades)
+    found = {row["points"]: row for row in table.read(grades)}
+    assert {points: row["total"] for points, row in found.items()} == {
+        "1": "3.5",
+        "3": "5.5",
+    }
+    assert found["1"]["note"].splitlines()[0] == grading.OLDER
+    assert found["3"]["note"] == ""
+    assert "5.5 of 6 points" in page(grades, "ada")
+    merged(grades)
+    assert "5.5 of 6 points" in page(grades, "ada")
+
+
+def test_points_of_another_answer_stay_in_the_older_row_and_the_new_one_says_so(
+    grades, toy
+):
+    typed(grades, "2,5")
+    again = answer(**GOOD | {"why": "Why?\n\nNow I know."})
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", again)
+    graded(toy / "submitted", grades)
+    found = {row["points"]: row for row in table.read(grades)}
+    assert found["3"]["why"] == found["3"]["total"] == ""
+    assert found["3"]["note"] == grading.ELSEWHERE
+    assert found["1"]["why"] == "2,5"
+
+
+def test_no_points_for_no_answer_are_none_that_were_typed(toy):
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer())
+    graded(toy / "submitted", toy / "grades.csv")
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    graded(toy / "submitted", toy / "grades.csv")
+    found = {row["points"]: row for row in table.read(toy / "grades.csv")}
+    assert (found["3"]["why"], found["3"]["note"]) == ("", "")
+
+
+def test_a_version_that_is_handed_in_once_more_is_no_longer_an_older_one(grades, toy):
+    first = (toy / "submitted" / "ada" / "toy.ipynb").read_text(encoding="utf-8")
+    for text in (answer(**GOOD), first):
+        hand_in(toy / "submitted" / "ada" / "toy.ipynb", text)
+        graded(toy / "submitted", grades)
+    notes = {row["points"]: row["note"] for row in table.read(grades)}
+    assert grading.OLDER not in notes["1"] and notes["3"] == grading.OLDER
+    assert "<strong>1 of 3 points</strong>" in page(grades, "ada")
 
 
 def merged(output):

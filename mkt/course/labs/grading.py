@@ -1,7 +1,8 @@
 """Points for all that was handed in: ``labs grade``, a table and a page for each.
 
 The table is only ever written here.  A row that it has stays as it is, with what a
-teacher has typed into it, so that a run that was stopped can be started again.
+teacher has typed into it, so that a run that was stopped can be started again.  A file
+that was handed in again has another row; the older ones say so, and have no page.
 """
 
 import tempfile
@@ -33,6 +34,9 @@ from mkt.course.labs.variants import written_name
 from mkt.files import new_file
 
 OURS = "not graded, and not by the student's fault"
+OLDER = "an older version of this file"
+ELSEWHERE = "the typed points are in the row of an older version, whose answer differs"
+UNANSWERED = "not answered"
 Labs = Mapping[str, NotebookNode]
 
 
@@ -84,8 +88,10 @@ def grade(
         grader = _Grader(sources, odd, limit, boxed=not trusted)
         done = {(row["file"], row["sha256"]) for row in rows}
         left = [one for one in found if _key(one) not in done]
+        _tell_older(rows, found)
         try:
             for row in grader.rows(left):
+                _carry_over(row, rows, sources)
                 rows.append(row)
                 _write(output, rows, [row], sources, comma)
             _write(output, rows, rows, sources, comma)
@@ -121,6 +127,36 @@ def _rows_so_far(output: Path) -> list[Row]:
     return []
 
 
+def _tell_older(rows: list[Row], found: Iterable[Submission]) -> None:
+    """Note in each row whether its file has been handed in again since."""
+    newest = dict(map(_key, found))
+    for row in rows:
+        lines = [line for line in row["note"].splitlines() if line != OLDER]
+        if row["sha256"] != newest.get(row["file"], row["sha256"]):
+            lines.insert(0, OLDER)
+        row["note"] = "\n".join(lines)
+
+
+def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
+    """Give a new row what was typed for an older version with the same answers.
+
+    Where points were typed for other answers alone, it has a note.
+    """
+    questions = of_role(sources[row["lab"]], "question") if row["lab"] else ()
+    older = [old for old in rows if old["file"] == row["file"]]
+    for one in questions:
+        typed = [
+            old
+            for old in older
+            if old.get(one) and f"{one}: {UNANSWERED}" not in old["note"]
+        ]
+        same = [old[one] for old in typed if old["answers"] == row["answers"]]
+        if same:
+            row[one] = same[-1]
+        elif typed:
+            row["note"] = "\n".join([ELSEWHERE, *row["note"].splitlines()])
+
+
 def _write(
     output: Path, rows: list[Row], new: list[Row], sources: Labs, comma: str
 ) -> None:
@@ -129,7 +165,9 @@ def _write(
         row["total"] = _total(row, sources.get(row["lab"]))
     table.write(output, _columns(rows, sources), rows, comma)
     for row in new:
-        if row["lab"] in sources:
+        if OLDER in row["note"].splitlines():
+            pages.remove(output, row)
+        elif row["lab"] in sources:
             pages.write(output, row, sources[row["lab"]])
     present = {row["lab"] for row in rows}
     labs = {title: lab for title, lab in sources.items() if title in present}
@@ -281,7 +319,7 @@ class _Grader:
         notes = [
             *([] if str(one.lab) in one.path.stem else [renamed]),
             *self.odd[one.path],
-            *(f"{one}: not answered" for one in questions if one not in said),
+            *(f"{one}: {UNANSWERED}" for one in questions if one not in said),
             *edited(lab, notebook),
             *faults(merged(lab, notebook), failures),
             *reasons(results),

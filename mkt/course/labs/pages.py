@@ -41,8 +41,7 @@ def write(output: Path, row: Row, lab: NotebookNode) -> None:
     lab : NotebookNode
         With its solutions.
     """
-    path = folder_of(output) / _safe(row["student"])
-    path /= f"{row['lab']}_{_short(row['file'] + row['sha256'])}.html"
+    path = _path(output, row)
     where = headings(lab)
     page = _TEMPLATES.get_template("page.html").render(
         row=row,
@@ -57,6 +56,16 @@ def write(output: Path, row: Row, lab: NotebookNode) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole(path) as half:
         half.write_text(page, encoding="utf-8")
+
+
+def remove(output: Path, row: Row) -> None:
+    """Remove the page of a row, if it has one."""
+    _path(output, row).unlink(missing_ok=True)
+
+
+def _path(output: Path, row: Row) -> Path:
+    name = f"{row['lab']}_{_short(row['file'] + row['sha256'])}.html"
+    return folder_of(output) / _safe(row["student"]) / name
 
 
 def write_rubrics(output: Path, labs: dict[str, NotebookNode]) -> None:
