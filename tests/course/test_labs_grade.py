@@ -7,6 +7,7 @@ import nbformat
 import pytest
 
 from mkt.course.labs import grading
+from mkt.course.labs.submissions import submissions
 from tests.course.toy_lab import GOOD, answer, graded, hand_in, meta, rows
 
 # Each starts students' programs; a quick loop leaves them out.
@@ -98,6 +99,20 @@ def test_grade_takes_flat_folders_and_names_what_is_of_no_lab(toy):
         "eve": "",
     }
     assert "of no lab" in rows["eve"]["note"]
+
+
+def test_files_side_by_side_say_whose_they_are_also_under_shortened_names(toy):
+    folder = toy / "sub2"
+    for file in ("zoe_lab_1", "Li Wei-lab_2 (1)", "lab_3", "tom_toy", "mine"):
+        hand_in(folder / f"{file}.ipynb", answer(**GOOD))
+    found = submissions(folder, ["toy"], ())
+    assert {one.path.stem: one.student for one in found} == {
+        "zoe_lab_1": "zoe",
+        "Li Wei-lab_2 (1)": "Li Wei",
+        "lab_3": "sub2",
+        "tom_toy": "tom",
+        "mine": "sub2",
+    }
 
 
 def test_a_submission_cannot_pass_a_check_under_another_cells_name(toy):

@@ -14,6 +14,7 @@ from mkt.course.labs.variants import plain_name
 
 # What systems and nbgrader leave beside what was handed in.
 ASIDE = {"__pycache__", "__MACOSX", "timestamp.txt"}
+SHORT = "lab_"  # with which the names of labs begin, should a file have no more of one
 LARGEST = 50e6  # [bytes] of a notebook
 SHOWN = 3  # files that a sentence lists by name
 
@@ -84,7 +85,8 @@ def submissions(
     """What was handed in, even if it is no notebook, or not even a file.
 
     They are STUDENT/[.../]LAB.ipynb, as nbgrader's ``submitted`` has them, or
-    STUDENT_LAB.ipynb; the name of the lab may stand anywhere in that of the file.
+    STUDENT_LAB.ipynb; the name of the lab may stand anywhere in that of the file.  In
+    STUDENT_lab_1.ipynb a file's name is cut short, but says whose it is.
     Hidden files do not count.
 
     Parameters
@@ -125,8 +127,14 @@ def _submission(folder: Path, path: Path, names: list[str]) -> Submission:
     if len(path.parts) > 1:
         student = path.parts[0]
     else:
-        student = path.stem.partition(lab or path.stem)[0].strip("_- ")
+        student = _before(path.stem, lab or SHORT).strip("_- ")
     return Submission(student or folder.resolve().name, lab, path)
+
+
+def _before(text: str, part: str) -> str:
+    """What stands before a part of a text, "" where that is not in it."""
+    found, part, _ = text.partition(part)
+    return found if part else ""
 
 
 def _copied(folder: Path, one: Submission, copies: Path) -> Submission:
