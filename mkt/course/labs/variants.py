@@ -14,7 +14,8 @@ from nbformat import NotebookNode
 from mkt.course.labs.notebooks import name
 
 NOBODYS = 1  # the seed while no name is written
-FIRST, MANY = 2000, 1000  # beyond those that trackers were tuned and are judged on
+FIRST = 2000  # beyond those that trackers were tuned and are judged on
+MANY = 10**6  # so two of sixty students share a scene in one class of six hundred
 
 
 def own_seed(my_name: Callable[[], str]) -> int:
