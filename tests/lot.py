@@ -1,7 +1,8 @@
 """What is too much for every run is tested by lot, another part each day.
 
 MKT_TEST_DAY repeats a day: what failed then fails again.  Four days on end, such as 0,
-1, 2 and 3, see every chapter and figure both ways; right answers to labs take seven.
+1, 2 and 3, see every chapter and figure both ways; right answers to labs take seven,
+and empty ones two.
 """
 
 import datetime

@@ -200,12 +200,11 @@ def homes(*things: Any) -> tuple[Path, ...] | None:
 
     The parts that a tracker is made of, its bins or its motion, may be of classes that
     its own module does not import, so theirs count too.  Returns None if one has no
-    file.
+    file, or is a function, whose name says too little.
     """
     files: set[Path] = set()
     for thing in _parts(things):
-        named = hasattr(thing, "__name__")  # a module, a function or a class
-        module = inspect.getmodule(thing if named else type(thing))
+        module = thing if inspect.ismodule(thing) else inspect.getmodule(type(thing))
         path = getattr(module, "__file__", None)
         if path is None:
             return None
@@ -223,7 +222,12 @@ def _parts(things: Iterable[Any]) -> Iterator[Any]:
 
 
 def _inside(thing: Any) -> Iterable[Any]:
-    """The fields of a dataclass, and what a tuple, a list or a dict holds."""
+    """The fields of a dataclass, and what a tuple, a list or a dict holds.
+
+    Nothing of a source that says itself what identifies it.
+    """
+    if hasattr(thing, "identity"):
+        return ()
     if is_dataclass(type(thing)):
         return [getattr(thing, field.name) for field in fields(thing)]
     if isinstance(thing, dict):
