@@ -134,7 +134,7 @@ def _tried(lab, answered, others):
 
 def verdicts_below(lab, title, judge):
     """What the checks below a cell say; those above it see nothing of it."""
-    names = [name(cell) for cell in LABS[lab].cells]
+    names = [name(cell) for cell in lab.cells]
     below = {*names[names.index(title) :]}
     said = {one.name: judge.verdict(one) for one in judge.checks if one.name in below}
     return {check: words for check, words in said.items() if words}
