@@ -23,5 +23,7 @@ def test_a_histogram_may_be_a_list():
 
 
 def test_a_flat_surface_has_a_map_without_contours():
-    _, ax = plt.subplots()
-    draw_map(ax, np.arange(3.0), np.arange(2.0), np.full((2, 3), 0.5))
+    fig, ax = plt.subplots()
+    mesh = draw_map(ax, np.arange(3.0), np.arange(2.0), np.full((2, 3), 0.5))
+    assert list(ax.collections) == [mesh]
+    plt.close(fig)
