@@ -140,7 +140,7 @@ class Scene:
         checks.shares(self, "shutter")
         checks.positive(self, "zoom", "focal")
         for field, least in (("noise", 0), ("seed", 0), ("size", 1)):
-            if np.min(getattr(self, field)) < least:
+            if not np.min(getattr(self, field)) >= least:  # nor NaN
                 raise ValueError(
                     f"{field} is {getattr(self, field)}; it must be at least {least}"
                 )

@@ -148,6 +148,7 @@ def test_every_texture_is_there(name):
     [
         ("shutter", 1.5),
         ("noise", -1.0),
+        ("noise", np.nan),
         ("length", 0),
         ("length", 2.5),
         ("zoom", 0.0),
