@@ -188,6 +188,15 @@ def test_ranking_is_by_the_mean_of_the_means_of_the_sequences():
     assert first.cells["a"] == pytest.approx((0.8, 1.0))
 
 
+def test_the_cpu_time_of_a_place_is_the_median_of_its_runs():
+    """A machine that was busy during one of them does not count."""
+    times = (2.0, 3.0, 40.0)
+    (place,) = ranking(
+        board(*(row("ssd", "a", seed, 0.5, cpu_ms=ms) for seed, ms in enumerate(times)))
+    )
+    assert place.cpu_ms == 3
+
+
 def test_a_place_is_certain_where_the_paired_differences_are():
     """Scenes differ by far more than the trackers do, but always the same way."""
     scenes = enumerate(np.linspace(0.1, 0.9, 12))
