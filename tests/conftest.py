@@ -112,13 +112,13 @@ def run(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def answered(run, tmp_path_factory):
-    """The executed chapters with their worked answers, {name: notebook}.
+    """Today's executed chapters with their worked answers, {name: notebook}.
 
     The first worker executes them, the others read what it has kept.
     """
     folder = tmp_path_factory.mktemp("answers")
     with alone(run / "answers.lock", "execution of the chapters"), without_data():
-        return worked.executed(contents.read().chapters, folder)
+        return worked.executed(worked.of_today(contents.read().chapters), folder)
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,7 @@
 
 MKT_TEST_DAY repeats a day: what failed then fails again.  Four days on end, such as 0,
 1, 2 and 3, see every chapter and figure both ways; right answers to labs take seven,
-and empty ones two.
+empty ones two, and the chapters' own answers too.
 """
 
 import datetime

@@ -27,8 +27,9 @@ from mkt.plotting import in_style
 
 WIDTH = 80  # [px] on the screen for an inch of figure
 PAGE_DPI = 100
-# A third smaller than a WebP that looks the same; a slower setting gains little.
-AVIF = cv2.IMWRITE_AVIF_QUALITY, 50, cv2.IMWRITE_AVIF_SPEED, 8
+# No larger than a WebP that looks the same.  Speed 8 would make drawings a third
+# smaller and take four times as long, a fifteenth of all CPU time of the book.
+AVIF = cv2.IMWRITE_AVIF_QUALITY, 50, cv2.IMWRITE_AVIF_SPEED, 9
 POSITIONS, IN_A_GRID = 9, 5  # of a slider, at most
 # Of the site: NAME.avif, NAME.pdf and NAME.csv of each figure with its defaults.
 FILES = "_static/figures"

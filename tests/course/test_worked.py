@@ -46,7 +46,9 @@ def text(chapter):
     return nbformat.read(chapter.notebook, 4)
 
 
-@every
+@pytest.mark.parametrize(
+    "chapter", worked.of_today(BOOK.chapters), ids=lambda c: c.name
+)
 def test_answers_run_and_numbers_in_prose_are_held(chapter, answered, record_property):
     values = worked.values_of(worked.outputs(answered[chapter.name]))
     numbers = worked.in_prose(text(chapter))

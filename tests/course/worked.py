@@ -7,6 +7,7 @@ from figures, are put out by a last cell, "numbers", which the page leaves out.
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import nbformat
 
 from mkt.course.book import checks, depends, execute
 from mkt.course.book.contents import Chapter
+from tests.lot import DAY
 
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.M | re.S)
 # What is no sentence: code, formulas, names of files, tags, headings, words for places.
@@ -38,6 +40,15 @@ def answers(notebook: nbformat.NotebookNode) -> list[tuple[str, str]]:
     ]
 
 
+def of_today(chapters: Sequence[Chapter]) -> Sequence[Chapter]:
+    """Every second chapter, and tomorrow the others.
+
+    Answers, and the cells that hold numbers of the prose, take a quarter of the time
+    of all chapters.
+    """
+    return chapters[DAY % 2 :: 2]
+
+
 def with_answers(chapter: Chapter, folder: Path) -> Chapter:
     """A chapter that goes on with its answers as cells, in a folder.
 
@@ -55,7 +66,7 @@ def with_answers(chapter: Chapter, folder: Path) -> Chapter:
     return replace(chapter, notebook=path, timeout=3 * chapter.timeout)
 
 
-def executed(chapters: list[Chapter], folder: Path) -> dict:
+def executed(chapters: Sequence[Chapter], folder: Path) -> dict:
     """The chapters with their answers, executed.
 
     What came out before the answers is the chapter alone, and is kept as that.
