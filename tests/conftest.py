@@ -21,13 +21,12 @@ settings.register_profile("patient", deadline=None, max_examples=50)
 settings.register_profile("thorough", deadline=None, max_examples=500)
 settings.load_profile("patient")
 
-# The first worker makes the site; what only looks at it comes about when it is there.
+# The first worker makes the site; what only looks at it comes last, in any worker.  To
+# begin with browsers while others compute gains nothing: they compute as much.
 OF_THE_SITE = ("test_worked.py", "test_book.py")
 LOOKED_AT = ("test_pages.py", "test_live.py")
 # Their tests show figures, whose runs are known once the site is there.
 SHOWN_AGAIN = ("test_jupyterlab.py", "test_every_figure.py")
-# These compute without a pause, which fills the time that browsers wait.
-FILLING = ("tests", "scenes", "sequences", "servoing", "trackers")
 
 
 def pytest_configure(config):
@@ -52,15 +51,12 @@ def pytest_runtest_setup():
 
 
 def pytest_collection_modifyitems(items):
-    """The site first; what looks at it before the last of what is apart from it."""
+    """The site first, then all that is apart from it, then what finds its runs."""
 
     def turn(item):
         name = item.path.name
-        if name in OF_THE_SITE:
-            return 0
-        if name in LOOKED_AT + SHOWN_AGAIN:
-            return 2
-        return 3 if item.path.parent.name in FILLING else 1
+        last = LOOKED_AT + SHOWN_AGAIN
+        return 0 if name in OF_THE_SITE else 2 if name in last else 1
 
     items.sort(key=turn)
     for item in items:

@@ -27,8 +27,8 @@ from mkt.plotting import in_style
 
 WIDTH = 80  # [px] on the screen for an inch of figure
 PAGE_DPI = 100
-# No larger than a WebP that looks the same.  Speed 8 would make drawings a third
-# smaller and take four times as long, a fifteenth of all CPU time of the book.
+# Speed 8 would make pictures a quarter smaller, those of lines 30 %, and take four
+# times as long, a fifteenth of all CPU time of the book.
 AVIF = cv2.IMWRITE_AVIF_QUALITY, 50, cv2.IMWRITE_AVIF_SPEED, 9
 POSITIONS, IN_A_GRID = 9, 5  # of a slider, at most
 # Of the site: NAME.avif, NAME.pdf and NAME.csv of each figure with its defaults.
