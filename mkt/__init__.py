@@ -45,7 +45,7 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
 `mkt.sequences`    `~mkt.sequences.video` in, `~mkt.sequences.writing` out,
                    `~mkt.sequences.quiet`, `~mkt.sequences.tracks` as text,
                    `~mkt.sequences.truth_formats`, `~mkt.sequences.benchmarks`,
-                   `~mkt.sequences.carphone`
+                   `~mkt.sequences.parts` of them, `~mkt.sequences.carphone`
 `mkt.servoing`     `~mkt.servoing.features`, `~mkt.servoing.law`,
                    `~mkt.servoing.self_motion`, `~mkt.servoing.poles`,
                    `~mkt.servoing.robot`, `~mkt.servoing.loop`,

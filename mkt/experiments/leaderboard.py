@@ -30,11 +30,12 @@ from tqdm import tqdm
 
 from mkt.experiments import shipped as release
 from mkt.experiments.statistics import MEAN, interval, p_value
-from mkt.experiments.sweep import Job, sweep
+from mkt.experiments.sweep import Job, Named, sweep
 from mkt.experiments.timing import one_thread
 from mkt.scenes import SCENES
 from mkt.scenes.drawn import HELD_BACK, Drawn, drawn
 from mkt.sequences import benchmarks, tracks
+from mkt.sequences.parts import LONGEST, parts
 from mkt.trackers import by_name
 from mkt.trackers.by_name import LABELS
 from mkt.tracking import Tracker, track
@@ -134,6 +135,7 @@ def recorded(
     processes: int = -1,
     archive: str = "",
     on: Iterable[str] = (),
+    starts: int = 0,
 ) -> tuple[list[Board], list[str]]:
     """Trackers, all by default, on every benchmark sequence that can be used.
 
@@ -146,6 +148,9 @@ def recorded(
         Only this benchmark, such as BoBoT.
     on : iterable of str
         Only these sequences, see `mkt.sequences.benchmarks.named`.
+    starts : int
+        From as many frames of each, forwards and as many backwards, see
+        `mkt.sequences.parts`; 0 for each from its first frame to its last.
 
     Returns
     -------
@@ -164,17 +169,25 @@ def recorded(
     found = {o: w for o, w in usable.items() if archive in ("", o.archive.name)}
     if not found:
         return [], troubles
-    jobs = _repeated(trackers, found, seeds)
+    sources = [part for one in found for part in parts(one, starts)] or list(found)
+    jobs = _repeated(trackers, sources, seeds)
     rows = sweep(jobs, processes)
     titles = ", ".join(dict.fromkeys(one.archive.name for one in found))
     there = "; ".join(f"{one.name}, {words}" for one, words in found.items())
     data = f"Real sequences: {there}."
+    if starts:
+        data += (
+            f" {len(sources)} parts of them, at most {LONGEST} frames long: each "
+            f"sequence from {starts} frames forwards, and from {starts} backwards."
+        )
+        begun = [(job.source.start, job.source.way) for job in jobs]
+        rows[["start", "way"]] = begun
     return [Board(titles, data, rows, "source", jobs)], troubles
 
 
 def _repeated(
     trackers: Mapping[str, Tracker],
-    found: Iterable[benchmarks.Found],
+    found: Iterable[Named],
     seeds: Sequence[int],
 ) -> list[Job]:
     """Jobs for every seed of the trackers that draw, and for one of the others."""

@@ -123,6 +123,33 @@ def test_one_benchmark_can_be_chosen(benchmarks):
     assert recorded(("ssd",), [0], archive="OTB") == ([], [])
 
 
+def test_starts_in_other_frames_are_runs_of_the_same_case(benchmarks):
+    (board,), _ = recorded(("ssd",), [0], processes=1, starts=2)
+    places = {(0, 1), (LENGTH // 2 - 1, 1), (LENGTH - 1, -1), (LENGTH // 2, -1)}
+    for name, rows in board.rows.groupby("source"):
+        assert set(zip(rows["start"], rows["way"], strict=True)) == places, name
+    assert set(board.rows["source"]) == {"BoBoT/colored", "BoBoT/grey"}
+    assert "8 parts of them" in board.data
+    (whole,), _ = recorded(("ssd",), [0], processes=1)
+    first = board.rows[(board.rows["start"] == 0) & (board.rows["way"] == 1)]
+    assert list(first["overlap"]) == list(whole.rows["overlap"])
+    assert len(set(board.rows["overlap"])) > 2  # the others are other runs
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["ssd", "--starts", "-1"], "give 1 or more"),
+        (["ssd", "--starts", "2", "--tracks", "found"], "leave out --starts"),
+        (["--release", "--starts", "2"], "takes no other word"),
+    ],
+)
+def test_starts_that_cannot_be_are_refused(words, said, capsys):
+    with pytest.raises(SystemExit):
+        cli.parse(["bench", "tracking", *words])
+    assert said in capsys.readouterr().err
+
+
 def test_what_is_broken_is_left_out_and_named(benchmarks):
     (benchmarks / "grey" / "truth.txt").write_text("0 .1 .1 .2 .2\n1 .1 .1 .2\n")
     (board,), troubles = recorded(("ssd",), [0], processes=1)
@@ -273,7 +300,7 @@ def test_every_synthetic_sequence_can_be_tracked():
 def test_the_command_prints_and_writes(
     ending, benchmarks, tmp_path, capsys, monkeypatch
 ):
-    def made_up(names, seeds, on=()):
+    def made_up(names, seeds, on=(), starts=0):
         rows = table(*(row(n, "a", k, 0.5) for n in names for k in seeds))
         return [Board("BoBoT", "Data.", rows, "source")], ["x.txt: bad"]
 
@@ -295,10 +322,12 @@ def test_the_command_prints_and_writes(
     [
         (["nope"], "no tracker 'nope'; there are pf-1"),
         (["ssd", "-o", "x.txt"], "ends in .csv or .md"),
+        (["ssd", "--starts", "2"], "needs sequences"),
         (["ssd", "-o", "no/such/x.csv"], "no folder no/such for x.csv"),
     ],
 )
-def test_a_wrong_bench_is_answered_in_a_sentence(words, said):
+def test_a_wrong_bench_is_answered_in_a_sentence(words, said, monkeypatch):
+    monkeypatch.delenv("MKT_DATA", raising=False)
     with pytest.raises(SystemExit) as stopped:
         cli.run(cli.parse(["bench", "tracking", *words]))
     assert said in stopped.value.code

@@ -44,11 +44,13 @@ def add(commands: Commands) -> None:
         "bench tracking",
         "bench tracking guided pf-75 --seeds 0:10 -o runs.csv",
         "bench tracking -o table.md",
+        "bench tracking guided pf-500 --starts 6 --seeds 0:1",
         "bench tracking mosse:MOSSE guided --on PETS09-S2L1:9 --tracks found",
         "bench score boxes.txt PETS09-S2L1:9",
     )
     parser.set_defaults(check=check)
     _add_words(parser.add_argument)
+    _add_runs(parser.add_argument)
     _add_files(parser.add_argument)
 
 
@@ -74,6 +76,10 @@ def _add_words(add_argument: Callable) -> None:
         metavar="MODULE:CLASS",
         help="one of your own, beside those that are named, or all",
     )
+
+
+def _add_runs(add_argument: Callable) -> None:
+    """Say which words choose the runs."""
     add_argument(
         "--on",
         action="append",
@@ -88,6 +94,14 @@ def _add_words(add_argument: Callable) -> None:
         metavar="A:B",
         help="from A to B - 1, of random numbers and of drawn scenes; by default 0:5 "
         "and 1000:1004",
+    )
+    add_argument(
+        "--starts",
+        type=int,
+        default=0,
+        metavar="N",
+        help="start each sequence in N frames spread over it instead of in its first, "
+        "and play it from N backwards: how much hangs on the first frame",
     )
     add_argument(
         "--release",
@@ -118,13 +132,17 @@ def _add_files(add_argument: Callable) -> None:
 
 def check(args) -> str | None:
     """What is wrong with the words after `bench`, None if nothing is."""
-    words = (args.tracker, args.on, args.tracks, args.seeds, args.output)
+    words = (args.tracker, args.on, args.tracks, args.seeds, args.output, args.starts)
     if args.what != "tracking" and (any(words) or args.release):
         return "options go with `bench tracking`"
     if args.what == "core" and args.names:
         return "bench core takes no names; `bench tracking` ranks trackers"
     if args.what == "score" and len(args.names) != 2:
         return "bench score needs a FILE and a SEQUENCE"
+    if args.starts < 0:
+        return f"--starts is {args.starts}; give 1 or more"
+    if args.starts and args.tracks:
+        return "--tracks writes whole sequences; leave out --starts"
     if args.release and (args.names or any(words)):
         return "--release runs all trackers, and takes no other word"
     return None
@@ -162,8 +180,10 @@ def _rank(args) -> None:
     named = [own_tracker.enter_for_ranking(name) for name in args.names]
     names = [*named, *own] if named else []  # those of your own are among all
     boards, troubles = leaderboard.recorded(
-        names, args.seeds or leaderboard.SEEDS, on=args.on
+        names, args.seeds or leaderboard.SEEDS, on=args.on, starts=args.starts
     )
+    if args.starts and not boards:
+        raise ValueError("--starts needs sequences; see `python3 -m mkt data`")
     few = leaderboard.HELD_BACK[:FEW]
     board = boards[0] if boards else leaderboard.synthetic(names, args.seeds or few)
     text = leaderboard.as_markdown(board)
