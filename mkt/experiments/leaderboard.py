@@ -61,12 +61,13 @@ HEAD = (
 LEGEND = """\
 *overlap*: mean over the seen frames, then over runs and sequences; *95 %*: its interval
 (Student's t) over cases, which are sequences, or the seeds of drawn scenes, each with
-a scene of every kind.  *place*: more than one where a paired t-test between cases
-cannot tell the neighbours apart (2.5 % on one side).  *behind the first*: the mean
-difference over the same cases, with its interval.  *true positives*: seen frames with
-an overlap above .2; *of all frames*: the same out of all frames, hidden ones too, as
-[C14] counts.  *area*: under the success curve, as in OTB.  *lost*: runs without a hit
-in their last ten frames.  *CPU ms*: for each frame, median over the runs."""
+a scene of every kind; unknown for one case alone.  *place*: more than one where a
+paired t-test between cases cannot tell the neighbours apart (2.5 % on one side).
+*behind the first*: the mean difference over the same cases, with its interval.
+*true positives*: seen frames with an overlap above .2; *of all frames*: the same out
+of all frames, hidden ones too, as [C14] counts.  *area*: under the success curve, as
+in OTB.  *lost*: runs without a hit in their last ten frames.  *CPU ms*: for each frame,
+median over the runs."""
 
 
 @dataclass(frozen=True)
@@ -467,6 +468,8 @@ def _places(first: int, last: int) -> str:
 
 
 def _range(ends: tuple[float, float]) -> str:
+    if not np.isfinite(ends).all():
+        return "unknown"
     return f"{_two(ends[0])}–{_two(ends[1])}"
 
 

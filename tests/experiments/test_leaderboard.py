@@ -136,6 +136,14 @@ def test_starts_in_other_frames_are_runs_of_the_same_case(benchmarks):
     assert len(set(board.rows["overlap"])) > 2  # the others are other runs
 
 
+def test_one_case_alone_has_no_interval():
+    rows = table(row("ssd", "a", 0, 0.5), row("mil", "a", 0, 0.4))
+    board = Board("One", "Data.", rows, "source")
+    first, second = overall(ranking(board))
+    assert first[3] == second[3] == "unknown" and second[4] == "0.10 (unknown)"
+    assert "inf" not in as_markdown(board)
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
