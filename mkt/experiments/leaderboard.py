@@ -168,9 +168,10 @@ def recorded(
     trackers = _trackers(names, seeds)
     usable, troubles = benchmarks.usable(map(benchmarks.named, on))
     found = {o: w for o, w in usable.items() if archive in ("", o.archive.name)}
-    if not found:
+    begun = [part for one in found for part in parts(one, starts)]
+    sources = begun if starts else list(found)
+    if not sources:
         return [], troubles
-    sources = [part for one in found for part in parts(one, starts)] or list(found)
     jobs = _repeated(trackers, sources, seeds)
     rows = sweep(jobs, processes)
     titles = ", ".join(dict.fromkeys(one.archive.name for one in found))
@@ -178,11 +179,10 @@ def recorded(
     data = f"Real sequences: {there}."
     if starts:
         data += (
-            f" {len(sources)} parts of them, at most {LONGEST} frames long: each "
+            f" {len(begun)} parts of them, at most {LONGEST} frames long: each "
             f"sequence from {starts} frames forwards, and from {starts} backwards."
         )
-        begun = [(job.source.start, job.source.way) for job in jobs]
-        rows[["start", "way"]] = begun
+        rows[["start", "way"]] = [(job.source.start, job.source.way) for job in jobs]
     return [Board(titles, data, rows, "source", jobs)], troubles
 
 

@@ -70,8 +70,8 @@ class Part:
 def parts(found: Found, n: int) -> list[Part]:
     """`n` parts forwards and `n` backwards, from frames spread evenly.
 
-    Each begins where the target is seen; two that would begin in the same frame are
-    one.
+    Each begins where the target is seen, and will be once more; two that would begin
+    in the same frame are one.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def parts(found: Found, n: int) -> list[Part]:
 
 
 def _next_seen(seen: NDArray, places: Iterable[int]) -> list[int]:
-    """The next frames in which the target is seen, each once, none beyond the last."""
-    there = np.flatnonzero(seen)
+    """The next frames in which the target is seen, each once, but not its last one."""
+    there = np.flatnonzero(seen)[:-1]
     index = np.unique(np.searchsorted(there, list(places)))
     return there[index[index < len(there)]].tolist()

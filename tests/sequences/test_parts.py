@@ -38,11 +38,12 @@ def test_parts_begin_where_the_target_is_seen_each_in_a_frame_of_its_own(seen, n
     begun = [(part.start, part.way) for part in all_parts]
     assert len(set(begun)) == len(begun) <= 2 * n
     assert all(seen[start] > SEEN for start, _ in begun)
+    assert all((part.sequence().visibility[1:] > SEEN).any() for part in all_parts)
     ways = [way for _, way in begun]
     assert ways == sorted(ways, reverse=True)  # forwards first
-    if max(seen) > SEEN:
+    there = np.flatnonzero(np.array(seen) > SEEN)
+    if len(there) > 1:
         # From the first frame in which it is seen, and back from the last one.
-        there = np.flatnonzero(np.array(seen) > SEEN)
         assert begun[0] == (there[0], 1) and (there[-1], -1) in begun
 
 
