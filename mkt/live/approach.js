@@ -2,7 +2,7 @@
 // and delay; the start is dragged, too.
 
 import { load } from "./host.js";
-import { axes, bitmap, Canvas, Controls, el, number, outline, takeOver } from "./page.js"; // prettier-ignore
+import { axes, bitmap, Canvas, Controls, el, number, outline, takeOver, write } from "./page.js"; // prettier-ignore
 import { approached } from "./servoing.js";
 import { drawTable } from "./table.js";
 
@@ -132,8 +132,7 @@ class Approach {
     let left = box[0];
     for (const [k, word] of [unit, ...names].entries()) {
       pen.fillStyle = k ? styles[k - 1].color : ink;
-      pen.fillText(word, left, box[1] - 6);
-      left += pen.measureText(word).width + 12;
+      left += write(pen, word, left, box[1] - 6) + 12;
     }
     pen.save();
     pen.beginPath();

@@ -2,7 +2,7 @@
 // wherever the car is dragged.
 
 import { load } from "./host.js";
-import { bitmap, Canvas, Controls, el, outline, takeOver } from "./page.js";
+import { bitmap, Canvas, Controls, el, outline, takeOver, write } from "./page.js"; // prettier-ignore
 import { motions } from "./servoing.js";
 import { drawTable } from "./table.js";
 
@@ -105,11 +105,11 @@ class Interaction {
     Object.assign(pen, { fillStyle: ink, textAlign: "center" });
     const narrow = pen.measureText(this.column(k)).width > width;
     const title = narrow ? `${AXES[k]}: ${this.motions[k]}` : this.title(k);
-    pen.fillText(title, width / 2, HEAD - 7);
+    write(pen, title, width / 2, HEAD - 7);
     const entries = this.entries(k);
     const lines = narrow ? [entries.slice(0, 2), entries.slice(2)] : [entries];
     for (const [i, line] of lines.entries())
-      pen.fillText(line.join(",  "), width / 2, HEAD + high + 16 + i * LINE);
+      write(pen, line.join(",  "), width / 2, HEAD + high + 16 + i * LINE);
   }
 
   hands(view) {

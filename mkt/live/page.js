@@ -295,6 +295,28 @@ export class Canvas {
   }
 }
 
+// Words at a place, aligned as the pen is; a letter behind a "_" is a subscript.  Returns
+// their width.
+export function write(pen, words, x, y) {
+  const { font, textAlign } = pen;
+  const small = font.replace(/[\d.]+px/, `${0.75 * TEXT}px`);
+  const pieces = [...words.matchAll(/_(.)|[^_]+/g)].map(([all, below]) => {
+    pen.font = below ? small : font;
+    const word = below ?? all;
+    return { word, font: pen.font, drop: below ? 3 : 0, width: pen.measureText(word).width };
+  });
+  const width = pieces.reduce((sum, piece) => sum + piece.width, 0);
+  let left = x - ({ center: 0.5, right: 1 }[textAlign] ?? 0) * width;
+  pen.textAlign = "left";
+  for (const piece of pieces) {
+    pen.font = piece.font;
+    pen.fillText(piece.word, left, y + piece.drop);
+    left += piece.width;
+  }
+  Object.assign(pen, { font, textAlign });
+  return width;
+}
+
 // Round steps between two values, about so many.
 function ticks(low, high, most) {
   const rough = (high - low) / most;

@@ -28,7 +28,7 @@ def record(path: Path, seconds: float, camera: int = 0) -> Generator[Frame]:
     Parameters
     ----------
     path : Path
-        Ends as one of `mkt.sequences.writing.CODECS`.
+        Ends as one of `mkt.sequences.writing.CODECS`; a file that is there is replaced.
     seconds : float
         How long.
     camera : int

@@ -164,7 +164,7 @@ class Workbench(ipywidgets.VBox):
 
     async def _record(self) -> None:
         FOLDER.mkdir(exist_ok=True)
-        output = FOLDER / time.strftime("webcam-%Y%m%d-%H%M%S.avi")
+        output = free(FOLDER / time.strftime("webcam-%Y%m%d-%H%M%S.avi"))
         pictures = webcam.record(output, self.source.seconds.value)
         try:
             await self.report.watch(pictures, None, "recording")

@@ -13,7 +13,7 @@ import numpy as np
 
 from mkt.evaluation import overlap
 from mkt.files import DataError, existing_file, whole
-from mkt.regions import from_box, to_box
+from mkt.regions import HX, HY, from_box, to_box
 from mkt.sequences import truth_formats
 from mkt.sequences.benchmarks import Found
 from mkt.sequences.video import ImageFolder
@@ -30,7 +30,7 @@ COLUMNS = (
     "score",
     "lost",
 )
-NOTHING = "correct the row, with NaN for all of the box where nothing was found"
+NOTHING = "correct the row, with NaN or zeros for all of it where nothing was found"
 ONE = 1  # the id of the target in MOT's rows, and what its frames and pixels begin with
 
 
@@ -98,7 +98,8 @@ def read(path: Path, found: Found) -> tuple[Track, Sequence]:
     Returns
     -------
     track : Track
-        NaN in frames without a row, and lost there; its score is NaN.
+        NaN in frames without a row or with a box of zeros, and lost there; its score
+        is NaN.
     clip : Sequence
 
     Raises
@@ -151,6 +152,7 @@ def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
         "VOT": truth_formats.vot_regions,
     }
     lines, regions = readers[found.archive.name](path)[:2]
+    regions[~regions[:, [HX, HY]].any(1)] = np.nan  # as many trackers say "nothing"
     truth_formats.refuse_no_region(path, lines, regions, NOTHING)
     return regions
 

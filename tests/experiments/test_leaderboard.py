@@ -326,6 +326,21 @@ def test_the_command_prints_and_writes(
 
 
 @pytest.mark.parametrize(
+    "words, seeds",
+    [([], range(5)), (["--starts", "2"], range(1)), (["--seeds", "3:4"], range(3, 4))],
+)
+def test_many_starts_need_one_seed_each(words, seeds, capsys, monkeypatch):
+    def asked(names, seeds, on=(), starts=0):
+        runs.append((seeds, starts))
+        return [Board("BoBoT", "Data.", table(row("ssd", "a", 0, 0.5)), "source")], []
+
+    runs = []
+    monkeypatch.setattr(leaderboard, "recorded", asked)
+    assert not cli.run(cli.parse(["bench", "tracking", "ssd", *words]))
+    assert runs == [(seeds, 2 if "--starts" in words else 0)]
+
+
+@pytest.mark.parametrize(
     "words, said",
     [
         (["nope"], "no tracker 'nope'; there are pf-1"),

@@ -5,14 +5,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from mkt.figures.registry import FIGURES
 from mkt.papers.cordoba2014.printed import OVERALL, TABLE
 from mkt.papers.lessons.benchmark import counts
 from mkt.trackers import by_name
-
-
-def drawn(name, **parameters):
-    return FIGURES[name].draw(**parameters)[1]
+from tests.papers.drawing import numbers
 
 
 def test_table_1_as_printed_gives_away_its_lengths():
@@ -20,13 +16,13 @@ def test_table_1_as_printed_gives_away_its_lengths():
 
     And one mean is wrong.
     """
-    rows = {row: drawn("own.table_forensics", row=row) for row in TABLE}
+    rows = {row: numbers("own.table_forensics", row=row) for row in TABLE}
     assert 627 in rows["clutter"]["n"] and 452 in rows["pillars"]["n"]
     assert list(rows["trajectory"]["n"]) == [601]
     possible = rows["clutter"]["possible"]
     incomplete = [name for name in possible if not all(possible[name])]
     assert incomplete == ["passers", "scale"]
-    rounded = drawn("own.table_forensics", rounding="rounded")["possible"]
+    rounded = numbers("own.table_forensics", rounding="rounded")["possible"]
     assert not any(all(row) for row in rounded.values())
     means, printed = rows["scale"]["means"], [float(p) for p in OVERALL]
     agree = [
@@ -48,8 +44,8 @@ def test_every_fraction_is_found_and_no_other(n):
 
 
 def test_the_success_figure_shows_what_the_runs_give():
-    low = drawn("own.success", scene="look-alike", limit=0.2)
-    high = drawn("own.success", scene="look-alike", limit=0.7)
+    low = numbers("own.success", scene="look-alike", limit=0.2)
+    high = numbers("own.success", scene="look-alike", limit=0.7)
     quick = [name for name in by_name.TRACKERS if name not in by_name.SLOW]
     assert list(low["names"]) == quick
     assert (low["seen"] >= high["seen"]).all() and (low["all"] <= low["seen"]).all()

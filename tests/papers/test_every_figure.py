@@ -16,6 +16,7 @@ from mkt.files import ROOT
 from mkt.registry import UnknownName
 from mkt.scenes.textures import OBJECTS
 from tests.lot import DAY
+from tests.papers.drawing import numbers
 
 pytestmark = pytest.mark.slow
 
@@ -84,7 +85,7 @@ def test_defaults_are_slider_positions_and_captions_exist(name):
 
 
 def test_drawing_twice_shows_the_same():
-    first, second = (drawn("teuliere2009.fig4", seed=5)["blurred"] for _ in range(2))
+    first, second = (numbers("teuliere2009.fig4", seed=5)["blurred"] for _ in range(2))
     assert (first == second).all()
 
 
@@ -129,21 +130,16 @@ def test_no_import_and_no_drawing_changes_a_global_setting():
     assert done.returncode == 0, done.stderr
 
 
-def drawn(name, **parameters):
-    """What a figure shows with some parameters."""
-    return FIGURES[name].draw(**parameters)[1]
-
-
 @pytest.mark.parametrize("item", OBJECTS)
 def test_fig1_histogram_sums_to_one(item):
-    shown = drawn("teuliere2009.fig1", item=item)
+    shown = numbers("teuliere2009.fig1", item=item)
     assert shown["sum"] == pytest.approx(1) and shown["filled"] >= 5
 
 
 @pytest.mark.parametrize("layout", ["2x2", "3x3", "4x4", "tiles"])
 def test_fig2_kernels_cover_the_object(layout):
     least = 0.999 if layout == "tiles" else 0.7
-    assert drawn("teuliere2009.fig2", layout=layout)["covered"] > least
+    assert numbers("teuliere2009.fig2", layout=layout)["covered"] > least
 
 
 @pytest.mark.parametrize("item", OBJECTS)
@@ -157,7 +153,7 @@ def test_fig3_nine_kernels_feel_the_rotation_and_one_does_not(item):
     ratios = []
     offsets = []
     for seed in range(5):
-        shown = drawn("teuliere2009.fig3", item=item, seed=seed)
+        shown = numbers("teuliere2009.fig3", item=item, seed=seed)
         theta, several = shown["theta"], shown["several"]
         near = np.abs(theta) <= np.deg2rad(30)
         one, nine = (
@@ -174,7 +170,7 @@ def test_fig3_nine_kernels_feel_the_rotation_and_one_does_not(item):
 @pytest.mark.parametrize("item", OBJECTS)
 def test_fig4_distance_at_the_truth_grows_with_blur(item):
     def at_truth(exposure, seed):
-        shown = drawn("teuliere2009.fig4", item=item, exposure=exposure, seed=seed)
+        shown = numbers("teuliere2009.fig4", item=item, exposure=exposure, seed=seed)
         return shown["blurred"][20, 20]
 
     exposures = 0.0, 0.3, 0.6, 1.0

@@ -7,7 +7,6 @@ import pytest
 
 from mkt.colors import ColorBins
 from mkt.evaluation import errors
-from mkt.figures.registry import FIGURES
 from mkt.histograms import learn
 from mkt.homographies import through
 from mkt.kernels import Kernels
@@ -25,10 +24,7 @@ from mkt.servoing.features import Camera
 from mkt.trackers import by_name
 from mkt.trackers.ssd import SSD, differentiate, minimise, newton_step
 from mkt.tracking import track
-
-
-def numbers(name, **parameters):
-    return FIGURES[name].draw(**parameters)[1]
+from tests.papers.drawing import numbers
 
 
 @pytest.mark.parametrize("seed", range(4))

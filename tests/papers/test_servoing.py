@@ -15,7 +15,6 @@ from matplotlib.colors import to_rgb
 
 from mkt.experiments import claims
 from mkt.figures.film import play, webm
-from mkt.figures.registry import FIGURES
 from mkt.papers import runs
 from mkt.papers.lessons import servoing as lessons
 from mkt.papers.runs import loop_run
@@ -29,15 +28,12 @@ from mkt.servoing.loop import Experiment, Run, Servo, close_loop
 from mkt.servoing.poles import closed_loop, one_feature
 from mkt.servoing.robot import OutOfSight, Workspace
 from mkt.servoing.self_motion import OFF, RAW, Kalman
+from tests.papers.drawing import numbers
 from tests.servoing.tilted import interaction_matrix_tilted
 
 pytestmark = pytest.mark.slow
 
 METRES = np.sqrt(Workspace().surface)
-
-
-def numbers(name, **parameters):
-    return FIGURES[name].draw(**parameters)[1]
 
 
 # Figures 8 to 11 of [T09]

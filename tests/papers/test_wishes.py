@@ -4,14 +4,10 @@ import numpy as np
 import pytest
 
 from mkt.experiments.shipped import WISHED, read_table, seeds_of
-from mkt.figures.registry import FIGURES
 from mkt.papers.lessons import wishes
 from mkt.scenes.drawn import HELD_BACK
 from mkt.scenes.varied import KINDS, Varied
-
-
-def numbers(name, **parameters):
-    return FIGURES[name].draw(**parameters)[1]
+from tests.papers.drawing import numbers
 
 
 def test_many_hard_bins_lose_their_pit_in_another_light():

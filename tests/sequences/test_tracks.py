@@ -246,14 +246,18 @@ def test_mot_s_rows_may_lack_a_confidence(data, tmp_path):
 )
 def test_boxes_without_a_size_are_refused_in_every_form(data, tmp_path, name, row):
     write(tmp_path / "found.txt", [[9, 9, 20, 12], row] + 4 * [[9, 9, 20, 12]])
-    said = "found.txt, line [12]: .* zero or negative; .* NaN for all of the box where"
+    said = "found.txt, line [12]: .* zero or negative; .* NaN or zeros for all of it"
     with pytest.raises(DataError, match=said):
         tracks.read(tmp_path / "found.txt", named(name))
 
 
-def test_a_frame_without_a_box_is_a_row_of_nan(data, tmp_path):
-    rows = data + [1, 1, 0, 0]
-    rows[2] = np.nan
+@pytest.mark.parametrize("nothing", [np.nan, 0])
+@pytest.mark.parametrize("name", ["OTB/car", "cat", "BoBoT/ball"])
+def test_a_frame_without_a_box_is_a_row_of_nan_or_of_zeros(
+    nothing, name, data, tmp_path
+):
+    rows = [[9, 9, 20, 12] for _ in range(6)]
+    rows[2] = 4 * [nothing]
     write(tmp_path / "found.txt", rows)
-    track, _ = tracks.read(tmp_path / "found.txt", named("OTB/car"))
+    track, _ = tracks.read(tmp_path / "found.txt", named(name))
     assert track.lost.tolist() == [0, 0, 1, 0, 0, 0]

@@ -44,7 +44,7 @@ def add(commands: Commands) -> None:
         "bench tracking",
         "bench tracking guided pf-75 --seeds 0:10 -o runs.csv",
         "bench tracking -o table.md",
-        "bench tracking guided pf-500 --starts 6 --seeds 0:1",
+        "bench tracking guided pf-500 --starts 6",
         "bench tracking mosse:MOSSE guided --on PETS09-S2L1:9 --tracks found",
         "bench score boxes.txt PETS09-S2L1:9",
     )
@@ -93,7 +93,7 @@ def _add_runs(add_argument: Callable) -> None:
         type=seeds,
         metavar="A:B",
         help="from A to B - 1, of random numbers and of drawn scenes; by default 0:5 "
-        "and 1000:1004",
+        "and 1000:1004, with --starts 0:1",
     )
     add_argument(
         "--starts",
@@ -179,8 +179,9 @@ def _rank(args) -> None:
     own = [own_tracker.enter_for_ranking(name) for name in args.tracker]
     named = [own_tracker.enter_for_ranking(name) for name in args.names]
     names = [*named, *own] if named else []  # those of your own are among all
+    usual = leaderboard.SEEDS[:1] if args.starts else leaderboard.SEEDS
     boards, troubles = leaderboard.recorded(
-        names, args.seeds or leaderboard.SEEDS, on=args.on, starts=args.starts
+        names, args.seeds or usual, on=args.on, starts=args.starts
     )
     if args.starts and not boards:
         raise ValueError("--starts needs sequences; see `python3 -m mkt data`")
