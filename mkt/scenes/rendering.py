@@ -12,10 +12,12 @@ to a scene finds it ready.  The same specification gives the same frames, in any
 Explained in notebook 02.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from collections.abc import Sequence as Series
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import repeat
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -196,11 +198,12 @@ def _exposed(scene: Scene, k: int) -> NDArray:
 
     It is kept for the runs that differ only in the noise.
     """
-    first, *others = k + scene.shutter * _exposure(_subframes(scene, k))
-    exposed = _instant(scene, first)
-    for t in others:
-        exposed += _instant(scene, t)
-    exposed /= 1 + len(others)
+    times = k + scene.shutter * _exposure(_subframes(scene)[k])
+    instants = _instants(scene, times)
+    exposed = next(instants)
+    for instant in instants:
+        exposed += instant
+    exposed /= len(times)
     gains = _interpolated(scene.light, k).astype(np.float32)
     if (gains != 1).any():  # the product takes as long as an instant
         exposed *= gains
@@ -212,13 +215,16 @@ def _exposure(n: int) -> Array:
     return (np.arange(n) + 0.5) / n - 0.5
 
 
-def _subframes(scene: Scene, k: int) -> int:
-    """Sub-frames needed at frame k so that nothing jumps by more than a pixel."""
-    ends = np.array([k - scene.shutter / 2, k + scene.shutter / 2])
+@lru_cache(maxsize=64)
+def _subframes(scene: Scene) -> list[int]:
+    """Sub-frames needed in each frame so that nothing jumps by more than a pixel."""
+    half = scene.shutter / 2
+    ends = np.arange(scene.length)[:, None] + np.array([-half, half])
     seen = [homographies(scene, layer, ends) for layer in _layers(scene)]
     seen.append(of_regions(_seen(scene, _whole(scene), ends)))
-    jumps = [np.abs(np.diff(corners(each), axis=0)).max() for each in seen]
-    return int(np.clip(np.ceil(max(jumps)), 1, MAX_SUBFRAMES))
+    jumps = [np.abs(np.diff(corners(each), axis=1)).max((1, 2, 3)) for each in seen]
+    needed = np.ceil(np.max(jumps, 0))
+    return np.clip(needed, 1, MAX_SUBFRAMES).astype(int).tolist()
 
 
 def _layers(scene: Scene) -> tuple[Layer, ...]:
@@ -258,10 +264,13 @@ def regions(scene: Scene, layer: Layer, times: ArrayLike) -> Regions:
     -------
     (..., 5) array [px, rad]
     """
-    x, y, theta, scale = np.moveaxis(_spline(layer.path)(times), -1, 0)
+    way = _spline(layer.path)(times)
     h, w = texture(layer.texture).shape[:2]
-    half = scale * layer.width / 2
-    return _seen(scene, np.stack([x, y, theta, half, half * h / w], -1), times)
+    placed = np.empty((*way.shape[:-1], 5))
+    placed[..., :3] = way[..., :3]
+    placed[..., 3] = way[..., 3] * layer.width / 2
+    placed[..., 4] = placed[..., 3] * h / w
+    return _seen(scene, placed, times)
 
 
 def homographies(scene: Scene, layer: Layer, times: ArrayLike) -> Array:
@@ -298,14 +307,18 @@ def homographies(scene: Scene, layer: Layer, times: ArrayLike) -> Array:
 
 def _seen(scene: Scene, region: Regions, times: ArrayLike) -> Regions:
     """Where the moving camera sees regions (..., 5) of the world at the times (...)."""
-    dx, dy, turn, zoom = np.moveaxis(_spline(scene.camera)(times), -1, 0)
-    centre = (np.array(scene.size) - 1) / 2
-    rx, ry = np.moveaxis(region[..., :2] - centre, -1, 0)
+    move = _spline(scene.camera)(times)
+    turn, zoom = move[..., 2], move[..., 3]
+    cx, cy = ((side - 1) / 2 for side in scene.size)
+    rx, ry = region[..., 0] - cx, region[..., 1] - cy
     c, s = np.cos(turn), np.sin(turn)
-    x = centre[0] + dx + zoom * (c * rx - s * ry)
-    y = centre[1] + dy + zoom * (s * rx + c * ry)
-    hx, hy = zoom * region[..., 3], zoom * region[..., 4]
-    return np.stack([x, y, region[..., 2] + turn, hx, hy], -1)
+    seen = np.empty((*move.shape[:-1], 5))
+    seen[..., 0] = cx + move[..., 0] + zoom * (c * rx - s * ry)
+    seen[..., 1] = cy + move[..., 1] + zoom * (s * rx + c * ry)
+    seen[..., 2] = region[..., 2] + turn
+    seen[..., 3] = zoom * region[..., 3]
+    seen[..., 4] = zoom * region[..., 4]
+    return seen
 
 
 def _whole(scene: Scene) -> Region:
@@ -314,14 +327,16 @@ def _whole(scene: Scene) -> Region:
     return np.array([(width - 1) / 2, (height - 1) / 2, 0.0, width / 2, height / 2])
 
 
-def _instant(scene: Scene, t: float) -> NDArray:
-    """What the sensor sees in an instant: (H, W, 3) float32 in 0 ... 255."""
-    screen = tuple(map(float, _seen(scene, _whole(scene), np.float64(t))))
-    plane = _background(scene.background, scene.zoom, scene.size, screen)
-    image = plane.astype(np.float32)
-    for layer in _layers(scene):
-        _paint(image, scene, layer, t)
-    return image
+def _instants(scene: Scene, times: Array) -> Iterator[NDArray]:
+    """What the sensor sees at each of the times: (H, W, 3) float32 in 0 ... 255."""
+    screens = _seen(scene, _whole(scene), times).tolist()
+    parts = (_parts(scene, layer, times) for layer in _layers(scene))
+    for screen, *painted in zip(screens, *parts, strict=True):
+        plane = _background(scene.background, scene.zoom, scene.size, tuple(screen))
+        image = plane.astype(np.float32)
+        for window, pixels in painted:
+            _paint(image[window], pixels)
+        yield image
 
 
 @lru_cache(maxsize=16)
@@ -348,19 +363,23 @@ def _resized(name: str, factor: float) -> NDArray:
     return cv2.resize(rgba, size, interpolation=how)
 
 
-def _shown(layer: Layer, t: float) -> NDArray:
-    """What a layer shows at the time t, (h, w, 4) float32.
+def _looks(layer: Layer, times: Array) -> Iterator[NDArray]:
+    """What a layer shows at each of the times, (h, w, 4) float32.
 
     That is its texture alone, or together with its other look.
     """
     front = _prepared(replace(layer, path=STILL, view=None))
-    share = float(_interpolated(layer.turn, t)[0])
-    if layer.view is None or share == 0:
-        return front
+    if layer.view is None:
+        yield from repeat(front, len(times))
+        return
     other = _prepared(replace(layer.view, width=layer.width, path=STILL))
-    if layer.box:
-        return _side_by_side(front, other, share)
-    return (1 - share) * front + share * cv2.resize(other, front.shape[1::-1])
+    for share in _interpolated(layer.turn, times)[:, 0].tolist():
+        if share == 0:
+            yield front
+        elif layer.box:
+            yield _side_by_side(front, other, share)
+        else:
+            yield (1 - share) * front + share * cv2.resize(other, front.shape[1::-1])
 
 
 def _side_by_side(front: NDArray, side: NDArray, share: float) -> NDArray:
@@ -417,35 +436,60 @@ def _texture_to_screen(homography: Array, size: tuple[int, int]) -> Array:
     return homography @ canonical
 
 
-def _painting(scene: Scene, layer: Layer, t: float) -> tuple[tuple, NDArray]:
-    """A layer's part of the screen: slices (rows, columns) and its pixels.
+class Part(NamedTuple):
+    """A layer's part of the screen in an instant.
 
-    These are (h, w, 4) float32, colours times opacity.
+    Attributes
+    ----------
+    window : (rows, columns), two slices
+    pixels : (h, w, 4) float32 array
+        Colours times opacity.
     """
-    homography, rgba = homographies(scene, layer, np.float64(t)), _shown(layer, t)
+
+    window: tuple[slice, slice]
+    pixels: NDArray
+
+
+def _parts(scene: Scene, layer: Layer, times: Array) -> Iterator[Part]:
+    """A layer's part of the screen at each of the times.
+
+    For all of them at once it is computed where the layer is: for one it takes longer
+    than to draw it there.
+    """
+    seen = homographies(scene, layer, times)
+    outlines = corners(seen)
+    low = np.clip(np.floor(outlines.min(1)).astype(int) - 1, 0, scene.size)
+    high = np.clip(np.ceil(outlines.max(1)).astype(int) + 2, low, scene.size)
+    flat = layer.tilt == FLAT
+    for homography, rgba, begin, end in zip(
+        seen, _looks(layer, times), low, high, strict=True
+    ):
+        yield _part(homography, rgba, begin, end, flat)
+
+
+def _part(
+    homography: Array, rgba: NDArray, low: NDArray, high: NDArray, flat: bool
+) -> Part:
+    """What a homography makes of a texture in the part (low, high) of the screen."""
     h, w = rgba.shape[0] - 2, rgba.shape[1] - 2
-    outline = corners(homography)
-    low = np.clip(np.floor(outline.min(0)).astype(int) - 1, 0, scene.size)
-    high = np.clip(np.ceil(outline.max(0)).astype(int) + 2, low, scene.size)
     window = slice(low[1], high[1]), slice(low[0], high[0])
     size = int(high[0] - low[0]), int(high[1] - low[1])
     if min(size) == 0:
-        return window, np.zeros((*size[::-1], 4), np.float32)
+        return Part(window, np.zeros((*size[::-1], 4), np.float32))
     a = _texture_to_screen(homography, (w, h))
     a[:, 2] -= a[:, :2] @ [1, 1]  # the border of a pixel
     a[:2] -= low[:, None] * a[2]  # the part's corner
-    if layer.tilt == FLAT:
-        return window, cv2.warpAffine(rgba, a[:2], size, flags=cv2.INTER_LINEAR)
-    return window, cv2.warpPerspective(rgba, a, size, flags=cv2.INTER_LINEAR)
+    if flat:
+        return Part(window, cv2.warpAffine(rgba, a[:2], size, flags=cv2.INTER_LINEAR))
+    return Part(window, cv2.warpPerspective(rgba, a, size, flags=cv2.INTER_LINEAR))
 
 
-def _paint(image: NDArray, scene: Scene, layer: Layer, t: float) -> None:
-    window, part = _painting(scene, layer, t)
-    if part.size:
+def _paint(image: NDArray, pixels: NDArray) -> None:
+    """Lay a layer's pixels (h, w, 4) over a part of an image (h, w, 3), in place."""
+    if pixels.size:
         # Three channels each: to let numpy stretch a factor takes nine times as long.
-        seen = image[window]
-        seen *= cv2.cvtColor(1 - part[..., 3], cv2.COLOR_GRAY2RGB)
-        seen += cv2.cvtColor(part, cv2.COLOR_RGBA2RGB)
+        image *= cv2.cvtColor(1 - pixels[..., 3], cv2.COLOR_GRAY2RGB)
+        image += cv2.cvtColor(pixels, cv2.COLOR_RGBA2RGB)
 
 
 @lru_cache(maxsize=64)
@@ -454,25 +498,30 @@ def _visibility(scene: Scene) -> Array:
 
     Parts that layers in front hide, or that lie outside the image, are not visible.
     """
-    visible = np.array([_visible(scene, t) for t in range(scene.length)])
+    times = np.arange(scene.length, dtype=float)
+    parts = (_parts(scene, layer, times) for layer in (scene.target, *scene.front))
+    seen = [_opacity(scene, *of_one) for of_one in zip(*parts, strict=True)]
+    areas = _area(corners(homographies(scene, scene.target, times)))
+    whole = [
+        look[..., 3].sum() * (area / np.prod(np.array(look.shape[:2]) - 2))
+        for look, area in zip(_looks(scene.target, times), areas, strict=True)
+    ]
+    visible = np.clip(np.array(seen) / whole, 0, 1)
     visible.setflags(write=False)
     return visible
 
 
-def _visible(scene: Scene, t: float) -> float:
+def _opacity(scene: Scene, target: Part, *front: Part) -> float:
+    """The sum of the target's opacity on the screen behind the parts in front of it."""
     opacity = np.zeros(scene.size[::-1], np.float32)
-    window, part = _painting(scene, scene.target, t)
-    opacity[window] = part[..., 3]
-    for layer in scene.front:
-        window, part = _painting(scene, layer, t)
-        opacity[window] *= 1 - part[..., 3]
-    alpha = _shown(scene.target, t)[..., 3]
-    outline = corners(homographies(scene, scene.target, np.float64(t)))
-    zoom2 = _area(outline) / np.prod(np.array(alpha.shape) - 2)
-    return float(np.clip(opacity.sum() / (alpha.sum() * zoom2), 0, 1))
+    opacity[target.window] = target.pixels[..., 3]
+    for part in front:
+        opacity[part.window] *= 1 - part.pixels[..., 3]
+    return opacity.sum()
 
 
-def _area(outline: Array) -> float:
-    """The area [px^2] of a quadrilateral with these corners (4, 2), in order."""
-    (x, y), (p, q) = outline[2] - outline[0], outline[3] - outline[1]
-    return float(abs(x * q - y * p) / 2)
+def _area(outlines: Array) -> Array:
+    """The areas (...) [px^2] of quadrilaterals with corners (..., 4, 2), in order."""
+    x, y = np.moveaxis(outlines[..., 2, :] - outlines[..., 0, :], -1, 0)
+    p, q = np.moveaxis(outlines[..., 3, :] - outlines[..., 1, :], -1, 0)
+    return np.abs(x * q - y * p) / 2
