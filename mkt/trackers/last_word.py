@@ -3,8 +3,8 @@
 Kernels find an object whatever became of it, but no more exactly than its histograms
 change with its place and size.  Pixels are exact as long as the object is what it was:
 a thing that does not bend, seen from the same side.  So from where the kernels ended,
-the steps of `mkt.trackers.homography_esm` are taken in place and size alone, towards
-the picture of the first frame, and they are believed where it correlates.
+the steps of `mkt.trackers.homography_esm` are taken in place, turn and size alone,
+towards the picture of the first frame, and they are believed where it correlates.
 """
 
 from typing import NamedTuple
@@ -22,7 +22,7 @@ PIXELS = 900  # of a picture, about
 SHORTEST = 8  # [px] side of a picture
 BLUR = 5, 5  # [px] of the Gaussian that smooths a close-up
 STEPS = 2
-MOTIONS = tuple(PARAMETERS.index(name) for name in ("tau_x", "tau_y", "log s"))
+MOTIONS = tuple(PARAMETERS.index(name) for name in ("tau_x", "tau_y", "theta", "log s"))
 
 
 class _CloseUp(NamedTuple):
@@ -58,7 +58,7 @@ def picture_of(frame: Frame, region: Region, pitch: int) -> NDArray:
 def aligned(
     frame: Frame, picture: NDArray, start: Region, pitch: int
 ) -> tuple[Region, float]:
-    """A region (5,) after `STEPS` from the start, in place and size.
+    """A region (5,) after `STEPS` from the start, in place, turn and size.
 
     Parameters
     ----------
@@ -80,8 +80,8 @@ def aligned(
         seen = _over(close_up, region, picture)
         if not in_view(seen):
             return start, 0.0
-        (tau_x, tau_y, growth), correlation = esm_step(picture, seen, MOTIONS)
-        region = moved(region, np.array([tau_x, tau_y, 0.0, growth]))
+        step, correlation = esm_step(picture, seen, MOTIONS)
+        region = moved(region, step)
     return region, correlation
 
 

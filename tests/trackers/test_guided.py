@@ -12,7 +12,7 @@ from mkt.evaluation import overlap
 from mkt.histograms import counts, learn
 from mkt.kernels import Kernels
 from mkt.particles import covariance, effective_sample_size
-from mkt.regions import displaced
+from mkt.regions import THETA, displaced
 from mkt.scenes.rendering import Layer, Scene
 from mkt.trackers.close_up import close_up
 from mkt.trackers.gains import BOUNDS, first_light, followed, relit
@@ -377,6 +377,21 @@ def test_pixels_have_the_last_word_in_what_is_said_and_in_nothing_else():
     truth = scene.sequence().truth[1:, None]
     told, said = overlap(np.array(regions), truth).mean(0)
     assert said > told
+
+
+@pytest.mark.parametrize("turn, believed", [(np.inf, True), (0.0, False)])
+def test_pixels_say_a_turn_where_the_kernels_believe_one(turn, believed):
+    path = ((0.0, 150.0, 120.0, 0.0, 1.0), (9.0, 160.0, 120.0, 0.3, 1.0))
+    scene = Scene(Layer("car", 80.0, path), length=6)
+    truth = scene.sequence().truth[1:]
+    runs = steps(Guided(n=50, turn=turn, alike=-1.0), scene)
+    for (*_, after, info), true in zip(runs, truth, strict=True):
+        kernels, pixels = after.region[THETA], info["region"][THETA]
+        assert after.turned == believed
+        if believed:
+            assert abs(pixels - true[THETA]) < 0.015 and pixels != kernels
+        else:
+            assert pixels == kernels == pytest.approx(0.0)
 
 
 class Watched(Guided):

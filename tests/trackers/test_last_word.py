@@ -28,14 +28,20 @@ def test_a_picture_shows_the_same_at_every_pitch():
 
 @pytest.mark.parametrize("pitch", [1, 2])
 @pytest.mark.parametrize(
-    "off", [{"dx": 1.5, "dy": -1.0}, {"scale": 1.04}, {"dx": -1.0, "scale": 0.97}]
+    "off",
+    [
+        {"dx": 1.5, "dy": -1.0},
+        {"scale": 1.04},
+        {"dtheta": 0.08},
+        {"dx": -1.0, "dtheta": -0.06, "scale": 0.97},
+    ],
 )
-def test_place_and_size_come_back_and_the_turn_stays(off, pitch):
+def test_place_turn_and_size_come_back(off, pitch):
     start = displaced(REGION, **off)
     picture = picture_of(FRAME, REGION, pitch)
     region, correlation = aligned(FRAME, picture, start, pitch)
     assert overlap(region, REGION) > 0.985 > overlap(start, REGION)
-    assert correlation > 0.9 and region[2] == REGION[2]
+    assert correlation > 0.9 and abs(region[2] - REGION[2]) < 0.01
 
 
 def test_another_light_makes_no_difference():
