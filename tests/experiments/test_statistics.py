@@ -61,17 +61,17 @@ def truth(draw):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "statistic, draw, least",
+    "statistic, draw, least, most",
     [
-        (MEDIAN, skewed, 0.945),
-        (MEAN, ceiling, 0.93),
-        (SHARE, flags, 0.95),
-        (PAIRS, pairs, 0.93),
+        (MEDIAN, skewed, 0.945, 0.02),
+        (MEAN, ceiling, 0.93, 0.035),
+        (SHARE, flags, 0.95, 0.02),
+        (PAIRS, pairs, 0.93, 1.0),  # its test is of 0 alone, see below
     ],
     ids=lambda value: getattr(value, "name", None) or getattr(value, "__name__", ""),
 )
 def test_an_interval_of_95_percent_covers_that_at_the_number_of_scenes(
-    statistic, draw, least
+    statistic, draw, least, most
 ):
     """Simulated; a bootstrap of the same covers down to 82 %."""
     known, rng = statistic.value(truth(draw)), np.random.default_rng(0)
@@ -90,8 +90,7 @@ def test_an_interval_of_95_percent_covers_that_at_the_number_of_scenes(
     assert least <= np.mean(covered)
     sides = TRIALS * ["greater"] + TRIALS * ["less"]
     alarms = [alarm(*each) for each in zip(drawn, sides, strict=True)]
-    if statistic is not PAIRS:  # its test is of 0 alone
-        assert np.mean(alarms) < 0.045
+    assert np.mean(alarms) <= most
 
 
 def test_equal_trackers_are_seldom_called_different():
