@@ -436,7 +436,7 @@ def _texture_to_screen(homography: Array, size: tuple[int, int]) -> Array:
     return homography @ canonical
 
 
-class Part(NamedTuple):
+class _Painted(NamedTuple):
     """A layer's part of the screen in an instant.
 
     Attributes
@@ -450,11 +450,11 @@ class Part(NamedTuple):
     pixels: NDArray
 
 
-def _parts(scene: Scene, layer: Layer, times: Array) -> Iterator[Part]:
+def _parts(scene: Scene, layer: Layer, times: Array) -> Iterator[_Painted]:
     """A layer's part of the screen at each of the times.
 
-    For all of them at once it is computed where the layer is: for one it takes longer
-    than to draw it there.
+    Where the layer lies is computed for all of them at once: for a single one that
+    takes longer than to draw it.
     """
     seen = homographies(scene, layer, times)
     outlines = corners(seen)
@@ -469,19 +469,21 @@ def _parts(scene: Scene, layer: Layer, times: Array) -> Iterator[Part]:
 
 def _part(
     homography: Array, rgba: NDArray, low: NDArray, high: NDArray, flat: bool
-) -> Part:
+) -> _Painted:
     """What a homography makes of a texture in the part (low, high) of the screen."""
     h, w = rgba.shape[0] - 2, rgba.shape[1] - 2
     window = slice(low[1], high[1]), slice(low[0], high[0])
     size = int(high[0] - low[0]), int(high[1] - low[1])
     if min(size) == 0:
-        return Part(window, np.zeros((*size[::-1], 4), np.float32))
+        return _Painted(window, np.zeros((*size[::-1], 4), np.float32))
     a = _texture_to_screen(homography, (w, h))
     a[:, 2] -= a[:, :2] @ [1, 1]  # the border of a pixel
     a[:2] -= low[:, None] * a[2]  # the part's corner
     if flat:
-        return Part(window, cv2.warpAffine(rgba, a[:2], size, flags=cv2.INTER_LINEAR))
-    return Part(window, cv2.warpPerspective(rgba, a, size, flags=cv2.INTER_LINEAR))
+        pixels = cv2.warpAffine(rgba, a[:2], size, flags=cv2.INTER_LINEAR)
+    else:
+        pixels = cv2.warpPerspective(rgba, a, size, flags=cv2.INTER_LINEAR)
+    return _Painted(window, pixels)
 
 
 def _paint(image: NDArray, pixels: NDArray) -> None:
@@ -511,7 +513,7 @@ def _visibility(scene: Scene) -> Array:
     return visible
 
 
-def _opacity(scene: Scene, target: Part, *front: Part) -> float:
+def _opacity(scene: Scene, target: _Painted, *front: _Painted) -> float:
     """The sum of the target's opacity on the screen behind the parts in front of it."""
     opacity = np.zeros(scene.size[::-1], np.float32)
     opacity[target.window] = target.pixels[..., 3]
