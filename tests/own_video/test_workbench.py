@@ -5,6 +5,7 @@ A run is started and stopped and leaves three files; mistakes are answered in wo
 
 import asyncio
 import json
+import time
 
 import cv2
 import numpy as np
@@ -379,6 +380,17 @@ def test_the_webcam_is_recorded_into_a_file_which_is_then_the_video(
     assert len(panel.clip) == 20 and panel.clip.fps == 10.0
     assert not camera.open
     assert panel.clip.frames[0].shape == (48, 64, 3) and panel.state == READY
+
+
+def test_two_recordings_in_one_second_are_two_files(panel, place, monkeypatch):
+    monkeypatch.setattr(time, "strftime", lambda _: "webcam-now.avi")
+    panel.source.seconds.value = 1
+    for _ in range(2):
+        plug_in(monkeypatch, Camera(1000, fps=10.0))
+        press(panel.source.camera, panel)
+    names = {path.name for path in place.glob("tracked/*.avi")}
+    assert names == {"webcam-now.avi", "webcam-now-2.avi"}
+    assert panel.source.path == "tracked/webcam-now-2.avi"
 
 
 def test_a_stopped_recording_is_kept(panel, monkeypatch):
