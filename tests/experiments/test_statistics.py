@@ -66,7 +66,7 @@ def truth(draw):
         (MEDIAN, skewed, 0.945, 0.02),
         (MEAN, ceiling, 0.93, 0.035),
         (SHARE, flags, 0.95, 0.02),
-        (PAIRS, pairs, 0.93, 1.0),  # its test is of 0 alone, see below
+        (PAIRS, pairs, 0.93, None),  # its test is of 0 alone, see below
     ],
     ids=lambda value: getattr(value, "name", None) or getattr(value, "__name__", ""),
 )
@@ -88,9 +88,10 @@ def test_an_interval_of_95_percent_covers_that_at_the_number_of_scenes(
     drawn = (tuple(np.sort(draw(rng)).tolist()) for _ in range(3 * TRIALS))
     covered = [low <= known <= high for low, high in map(ends, islice(drawn, TRIALS))]
     assert least <= np.mean(covered)
-    sides = TRIALS * ["greater"] + TRIALS * ["less"]
-    alarms = [alarm(*each) for each in zip(drawn, sides, strict=True)]
-    assert np.mean(alarms) <= most
+    if most is not None:
+        sides = TRIALS * ["greater"] + TRIALS * ["less"]
+        alarms = [alarm(*each) for each in zip(drawn, sides, strict=True)]
+        assert np.mean(alarms) <= most
 
 
 def test_equal_trackers_are_seldom_called_different():

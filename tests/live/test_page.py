@@ -5,13 +5,25 @@ import pytest
 from mkt.figures.live import joined
 from tests.live.conftest import DOCUMENT, fixture_of
 
-EXPORTS = "\nexport const { Controls } = page_js, { host } = host_js;"
+EXPORTS = "\nexport const { Controls, write } = page_js, { host } = host_js;"
 CONTROLS = """
 const { Controls, host } = live;
 const seen = [];
 Object.assign(host, { heard() {}, keep() {}, asked: () => data.words });
 const each = (values) => seen.push({ ...values });
 const controls = new Controls("own.toy", data.fields, each);
+"""
+# A pen whose letters are half as wide as high, and what it writes.
+PEN = """
+const written = [];
+const pen = {
+  font: "12px Arial", textAlign: data.align,
+  high() { return parseFloat(this.font); },
+  measureText(word) { return { width: (word.length * this.high()) / 2 }; },
+  fillText(word, x, y) { written.push([word, x, y, this.high(), this.textAlign]); },
+};
+const width = live.write(pen, data.words, 100, 50);
+return [written, width, pen.font, pen.textAlign];
 """
 FREE = {"low": 0.4, "high": 1.4, "step": 0.1, "value": 1.0}
 WHOLE = {"low": 0, "high": 4, "step": 2, "value": 0}
@@ -76,3 +88,11 @@ def test_a_control_moves_to_the_nearest_that_can_be_shown(page, field, typed, ta
         typed=typed,
     )
     assert found == [taken, pytest.approx(taken, abs=0.05)]
+
+
+@pytest.mark.parametrize("align, left", [("left", 100.0), ("center", 86.5)])
+def test_a_letter_behind_a_line_is_written_small_and_low(page, align, left):
+    pieces = ["v", 0, 50, 12], ["x", 6, 53, 9], [" a", 10.5, 50, 12], ["n", 22.5, 53, 9]
+    written = [[word, left + x, y, high, "left"] for word, x, y, high in pieces]
+    found = page(PEN, words="v_x a_n", align=align)
+    assert found == [written, 27.0, "12px Arial", align]
