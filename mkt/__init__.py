@@ -36,8 +36,9 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
 `mkt.scenes`       made of `~mkt.scenes.textures`, which are photographs
                    (`~mkt.scenes.photographs`) or painted
                    (`~mkt.scenes.painting`, `~mkt.scenes.objects`,
-                   `~mkt.scenes.grounds`), on `~mkt.scenes.paths`, by
-                   `~mkt.scenes.rendering`; `~mkt.scenes.questions`,
+                   `~mkt.scenes.grounds`), in `~mkt.scenes.layers` on
+                   `~mkt.scenes.paths`, by `~mkt.scenes.rendering`;
+                   `~mkt.scenes.questions`,
                    `~mkt.scenes.teuliere2009`, `~mkt.scenes.nummiaro2003`,
                    `~mkt.scenes.cordoba2014`; `~mkt.scenes.drawn` by lot,
                    `~mkt.scenes.varied`, `~mkt.scenes.two_cameras`,
@@ -133,7 +134,8 @@ _PUBLIC = {
     "mkt.regions": "corners displaced from_box to_box unwarp warp wrap_angle",
     "mkt.scenes": "SCENES",
     "mkt.scenes.drawn": "Drawn drawn",
-    "mkt.scenes.rendering": "Layer Scene",
+    "mkt.scenes.layers": "Layer",
+    "mkt.scenes.rendering": "Scene",
     "mkt.sequences.carphone": "Carphone carphone",
     "mkt.sequences.truth_formats": "bobot mot otb video vot",
     "mkt.servoing.features": "Camera error features interaction_matrix moments",

@@ -20,7 +20,8 @@ from mkt.kernels import Kernels
 from mkt.neighbours import SoftBins
 from mkt.particles import Motion
 from mkt.regions import displaced
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.trackers.combined import Combined
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD, count, differentiate, newton_step, template

@@ -21,7 +21,8 @@ from mkt.kernels import Kernels
 from mkt.papers.teuliere2009.histograms import cost_surfaces
 from mkt.regions import displaced, warp, warp_matrices
 from mkt.scenes.drawn import Drawn
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.trackers import by_name
 from mkt.trackers.ssd import differentiate, moved, newton_step
 from mkt.tracking import track

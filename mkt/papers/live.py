@@ -29,8 +29,9 @@ from mkt.plotting import CONTRAST, DESIRED, EIGHT, SURFACE, bin_colors
 from mkt.plotting import TRACKERS as COLORS
 from mkt.regions import corners
 from mkt.scenes.drawn import Drawn
+from mkt.scenes.layers import Layer
 from mkt.scenes.nummiaro2003 import TREE, doors, students
-from mkt.scenes.rendering import Layer, Scene, regions
+from mkt.scenes.rendering import Scene, regions
 from mkt.scenes.teuliere2009 import hidden
 from mkt.scenes.textures import OBJECTS, texture
 from mkt.servoing.features import Camera

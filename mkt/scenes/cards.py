@@ -10,8 +10,9 @@ Shown in notebook 16.
 import numpy as np
 
 from mkt.scenes.drawn import GROUNDS
+from mkt.scenes.layers import Layer
 from mkt.scenes.paths import LENGTH, Path, as_path, roaming, way
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.rendering import Scene
 from mkt.types import Rng
 
 CARDS = ("badge", "cat", "motorcycle", "astronaut")

@@ -10,6 +10,7 @@ follows from the arguments.
 import numpy as np
 
 from mkt.scenes import SCENES
+from mkt.scenes.layers import Layer
 from mkt.scenes.paths import (
     EDGES,
     MIDDLE,
@@ -21,7 +22,7 @@ from mkt.scenes.paths import (
     wandering,
     way,
 )
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.rendering import Scene
 from mkt.scenes.textures import texture
 
 LENGTH = 150

@@ -10,8 +10,9 @@ the van's side has other colours than its rear.
 
 import numpy as np
 
+from mkt.scenes.layers import Layer
 from mkt.scenes.paths import Path, as_path, standing, way
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.rendering import Scene
 from mkt.types import Array
 
 STUDENTS, TREE = 222, 101  # frames of figure 6, and that behind the tree: printed

@@ -1,20 +1,44 @@
-"""Random but smooth paths: way-points for `mkt.scenes.rendering.Layer` and its camera.
+"""Paths: way-points of layers and of cameras, what joins them, and random smooth ones.
 
 A way-point is (frame, x [px], y [px], theta [rad], scale); a path is a tuple of them,
 so that a scene can be hashed.
 """
 
+from collections.abc import Callable
+from functools import lru_cache
+
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from mkt.types import Array, ArrayLike, Rng
 
 Path = tuple[tuple[float, ...], ...]
+STILL: Path = ((0.0, 0.0, 0.0, 0.0, 1.0),)
 
 LENGTH = 120  # frames of a scene, unless it says otherwise
 WIDTH = 80.0  # of its object [px]
 MIDDLE = np.array([160.0, 120.0])  # of the image [px]
 EDGES = 60.0, 50.0  # [px] how near to the border an object's centre may come
 BEAT = 15.0  # frames from one way-point of a walk or of a camera to the next
+
+
+@lru_cache(maxsize=256)
+def spline(path: Path) -> Callable[[ArrayLike], Array]:
+    """The smooth curve through way-points: times (...) -> values (..., k).
+
+    For way-points of another kind as well, (frame, k values); one alone stays.
+    """
+    table = np.array(path, float)
+    values = table[:, 1:]
+    if len(table) == 1:
+        return lambda t: np.broadcast_to(values[0], (*np.shape(t), values.shape[1]))
+    return CubicSpline(table[:, 0], values)
+
+
+def joined(points: Path, t: float | Array) -> Array:
+    """Values (..., k) at the times t (...) of points (frame, k values), by lines."""
+    times, *columns = np.array(points, float).T
+    return np.stack([np.interp(t, times, column) for column in columns], -1)
 
 
 def way(

@@ -9,8 +9,9 @@ Used in notebooks 04 to 06.
 import numpy as np
 
 from mkt.scenes import SCENES
+from mkt.scenes.layers import Layer
 from mkt.scenes.paths import LENGTH, WIDTH, Path, as_path, roaming, way
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.rendering import Scene
 from mkt.scenes.textures import wall
 
 HALF_DIAGONAL = 1.25 * WIDTH / 2  # [px] of an item, about

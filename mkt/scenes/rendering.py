@@ -1,10 +1,10 @@
 """Synthetic scenes with exact truth: a hashable specification -> a `Sequence`.
 
-A scene is a stack of flat textured layers over a background: what passes behind the
-target, the target, what passes in front.  Each layer follows a smooth path through
-way-points.  A frame is what a camera would see: the *mean of sub-frame renders over the
-exposure* (true motion blur, half of it before and half after the instant of the truth),
-times the light, plus sensor noise.
+A scene is a stack of flat textured layers (`mkt.scenes.layers`) over a background:
+what passes behind the target, the target, what passes in front.  Each layer follows a
+smooth path through way-points (`mkt.scenes.paths`).  A frame is what a camera would
+see: the *mean of sub-frame renders over the exposure* (true motion blur, half of it
+before and half after the instant of the truth), times the light, plus sensor noise.
 
 Frames are rendered when asked for and kept for a while, so that a slider which returns
 to a scene finds it ready.  The same specification gives the same frames, in any order.
@@ -12,79 +12,25 @@ to a scene finds it ready.  The same specification gives the same frames, in any
 Explained in notebook 02.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from collections.abc import Sequence as Series
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import repeat
 from typing import NamedTuple
 
 import cv2
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from mkt import checks
 from mkt.homographies import corners, of_regions
-from mkt.scenes.paths import Path
-from mkt.scenes.textures import texture
+from mkt.scenes.layers import FLAT, Layer, looks
+from mkt.scenes.paths import STILL, Path, joined, spline
+from mkt.scenes.textures import resized, texture
 from mkt.tracking import Sequence
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions
 
 MAX_SUBFRAMES = 32
-STILL: Path = ((0.0, 0.0, 0.0, 0.0, 1.0),)
-FLAT = ((0.0, 0.0, 0.0),)
-
-
-@dataclass(frozen=True)
-class Layer:
-    """A flat textured object on its path.
-
-    Parameters
-    ----------
-    texture : str
-        A name of `mkt.scenes.textures`.
-    width : float [px]
-        At scale 1; the height follows from the texture.
-    path : tuple of way-points
-        (frame, x [px], y [px], theta [rad], scale), joined by a cubic spline; with a
-        single way-point the layer stands still.
-    hue : float [deg]
-        Turns all colours round the colour circle: the recoloured twin of an object.
-    shuffle : int
-        Cuts the texture into so many tiles a side and mixes them: the same colours at
-        other places.
-    view : Layer, optional
-        Another look of the object; only its texture, hue and shuffle count.
-    turn : tuple of (frame, share)
-        The share of that look, joined linearly.
-    box : bool
-        The other look is the next side of a box that turns about its upright axis, seen
-        from far away, and its share is a share of the width.  Otherwise the first look
-        fades into the other.
-    tilt : tuple of (frame, about x [rad], about y [rad])
-        Turns out of the image plane, about the layer's own axes, first about x: the
-        lower side or the left one goes away.  Joined by a cubic spline; the layer is
-        then seen in perspective.
-
-    Raises
-    ------
-    ValueError
-        Naming the field.
-    """
-
-    texture: str
-    width: float
-    path: Path
-    hue: float = 0.0
-    shuffle: int = 1
-    view: "Layer | None" = None
-    turn: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
-    box: bool = False
-    tilt: Path = FLAT
-
-    def __post_init__(self):
-        checks.positive(self, "width")
 
 
 @dataclass(frozen=True)
@@ -204,7 +150,7 @@ def _exposed(scene: Scene, k: int) -> NDArray:
     for instant in instants:
         exposed += instant
     exposed /= len(times)
-    gains = _interpolated(scene.light, k).astype(np.float32)
+    gains = joined(scene.light, k).astype(np.float32)
     if (gains != 1).any():  # the product takes as long as an instant
         exposed *= gains
     return exposed
@@ -232,25 +178,6 @@ def _layers(scene: Scene) -> tuple[Layer, ...]:
     return (*scene.behind, scene.target, *scene.front)
 
 
-def _interpolated(points: tuple[tuple[float, ...], ...], t: float | Array) -> Array:
-    """Values at the times t of way-points (time, ...), joined linearly.
-
-    Returns (..., number of values).
-    """
-    times, *columns = np.array(points, float).T
-    return np.stack([np.interp(t, times, column) for column in columns], -1)
-
-
-@lru_cache(maxsize=256)
-def _spline(path: Path) -> Callable[[ArrayLike], Array]:
-    """The smooth curve through way-points, as a function of the time."""
-    table = np.array(path, float)
-    values = table[:, 1:]
-    if len(table) == 1:
-        return lambda t: np.broadcast_to(values[0], (*np.shape(t), values.shape[1]))
-    return CubicSpline(table[:, 0], values)
-
-
 def regions(scene: Scene, layer: Layer, times: ArrayLike) -> Regions:
     """True regions of a layer on the screen; of a tilted one before its tilt.
 
@@ -264,7 +191,7 @@ def regions(scene: Scene, layer: Layer, times: ArrayLike) -> Regions:
     -------
     (..., 5) array [px, rad]
     """
-    way = _spline(layer.path)(times)
+    way = spline(layer.path)(times)
     h, w = texture(layer.texture).shape[:2]
     placed = np.empty((*way.shape[:-1], 5))
     placed[..., :3] = way[..., :3]
@@ -292,7 +219,7 @@ def homographies(scene: Scene, layer: Layer, times: ArrayLike) -> Array:
     facing = regions(scene, layer, times)
     if layer.tilt == FLAT:
         return of_regions(facing)
-    about_x, about_y = np.moveaxis(_spline(layer.tilt)(times), -1, 0)
+    about_x, about_y = np.moveaxis(spline(layer.tilt)(times), -1, 0)
     angles = np.stack([facing[..., 2], about_y, about_x], -1)
     turns = Rotation.from_euler("ZYX", angles.reshape(-1, 3)).as_matrix()
     in_space = turns.reshape(*np.shape(times), 3, 3)
@@ -307,7 +234,7 @@ def homographies(scene: Scene, layer: Layer, times: ArrayLike) -> Array:
 
 def _seen(scene: Scene, region: Regions, times: ArrayLike) -> Regions:
     """Where the moving camera sees regions (..., 5) of the world at the times (...)."""
-    move = _spline(scene.camera)(times)
+    move = spline(scene.camera)(times)
     turn, zoom = move[..., 2], move[..., 3]
     cx, cy = ((side - 1) / 2 for side in scene.size)
     rx, ry = region[..., 0] - cx, region[..., 1] - cy
@@ -347,83 +274,11 @@ def _background(
 
     It is kept, because it mostly stands still.
     """
-    plane = _resized(name, zoom)[..., :3]
+    plane = resized(name, zoom)[..., :3]
     a = _texture_to_screen(of_regions(screen), size)[:2]
     a[:, 2] -= a[:, :2] @ (np.array(plane.shape[1::-1]) - size) / 2
     mirrored = cv2.BORDER_REFLECT_101
     return cv2.warpAffine(plane, a, size, flags=cv2.INTER_LINEAR, borderMode=mirrored)
-
-
-@lru_cache(maxsize=32)
-def _resized(name: str, factor: float) -> NDArray:
-    """A texture reduced or enlarged by a factor, without aliasing."""
-    rgba = texture(name)
-    size = tuple(max(round(factor * side), 2) for side in rgba.shape[1::-1])
-    how = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
-    return cv2.resize(rgba, size, interpolation=how)
-
-
-def _looks(layer: Layer, times: Array) -> Iterator[NDArray]:
-    """What a layer shows at each of the times, (h, w, 4) float32.
-
-    That is its texture alone, or together with its other look.
-    """
-    front = _prepared(replace(layer, path=STILL, view=None))
-    if layer.view is None:
-        yield from repeat(front, len(times))
-        return
-    other = _prepared(replace(layer.view, width=layer.width, path=STILL))
-    for share in _interpolated(layer.turn, times)[:, 0].tolist():
-        if share == 0:
-            yield front
-        elif layer.box:
-            yield _side_by_side(front, other, share)
-        else:
-            yield (1 - share) * front + share * cv2.resize(other, front.shape[1::-1])
-
-
-def _side_by_side(front: NDArray, side: NDArray, share: float) -> NDArray:
-    """Two sides of a box, each squeezed to its share of the width, with a border."""
-    height, width = (length - 2 for length in front.shape[:2])
-    seam = round((1 - share) * width)
-    parts = [
-        cv2.resize(whole[1:-1, 1:-1], (part, height), interpolation=cv2.INTER_AREA)
-        for whole, part in ((front, seam), (side, width - seam))
-        if part
-    ]
-    return cv2.copyMakeBorder(np.hstack(parts), 1, 1, 1, 1, cv2.BORDER_CONSTANT)
-
-
-@lru_cache(maxsize=64)
-def _prepared(layer: Layer) -> NDArray:
-    """A layer's texture at its width, recoloured and shuffled: (h, w, 4) float32.
-
-    Colours are multiplied by the opacity, and the border is transparent.
-    """
-    rgba = _resized(layer.texture, layer.width / texture(layer.texture).shape[1])
-    rgb = _shuffled(_recoloured(rgba[..., :3], layer.hue), layer.shuffle)
-    alpha = rgba[..., 3:].astype(np.float32) / 255
-    pixels = np.dstack([rgb * alpha, alpha]).astype(np.float32)
-    return cv2.copyMakeBorder(pixels, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
-
-
-def _recoloured(rgb: Frame, degrees: float) -> Frame:
-    hsv = cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV)
-    hues = hsv[..., 0].astype(int)  # in uint8 the sum would overflow
-    hsv[..., 0] = (hues + round(degrees / 2)) % 180
-    return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
-
-
-def _shuffled(rgb: Frame, k: int) -> Frame:
-    """The k x k tiles of an image in another order, the same for every image."""
-    th, tw = rgb.shape[0] // k, rgb.shape[1] // k
-    whole = rgb[: k * th, : k * tw].reshape(k, th, k, tw, 3)
-    tiles = whole.swapaxes(1, 2).reshape(k * k, th, tw, 3)
-    mixed = tiles[np.random.default_rng(k).permutation(k * k)]
-    mixed = mixed.reshape(k, k, th, tw, 3).swapaxes(1, 2)
-    result = rgb.copy()
-    result[: k * th, : k * tw] = mixed.reshape(k * th, k * tw, 3)
-    return result
 
 
 def _texture_to_screen(homography: Array, size: tuple[int, int]) -> Array:
@@ -462,7 +317,7 @@ def _parts(scene: Scene, layer: Layer, times: Array) -> Iterator[_Painted]:
     high = np.clip(np.ceil(outlines.max(1)).astype(int) + 2, low, scene.size)
     flat = layer.tilt == FLAT
     for homography, rgba, begin, end in zip(
-        seen, _looks(layer, times), low, high, strict=True
+        seen, looks(layer, times), low, high, strict=True
     ):
         yield _part(homography, rgba, begin, end, flat)
 
@@ -506,7 +361,7 @@ def _visibility(scene: Scene) -> Array:
     areas = _area(corners(homographies(scene, scene.target, times)))
     whole = [
         look[..., 3].sum() * (area / np.prod(np.array(look.shape[:2]) - 2))
-        for look, area in zip(_looks(scene.target, times), areas, strict=True)
+        for look, area in zip(looks(scene.target, times), areas, strict=True)
     ]
     visible = np.clip(np.array(seen) / whole, 0, 1)
     visible.setflags(write=False)

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from mkt.scenes import SCENES
+from mkt.scenes.layers import Layer
 from mkt.scenes.paths import WIDTH, roaming, way
-from mkt.scenes.rendering import Layer, Scene, regions
+from mkt.scenes.rendering import Scene, regions
 from mkt.scenes.textures import wall
 
 

@@ -9,6 +9,8 @@ Shown in notebook 02.
 
 from functools import lru_cache
 
+import cv2
+
 from mkt.scenes import grounds, objects
 from mkt.scenes.photographs import PHOTOGRAPHS, photograph
 from mkt.types import NDArray
@@ -48,3 +50,12 @@ def texture(name: str) -> NDArray:
 def wall(ground: str) -> str:
     """The texture of a wall that stands out before a ground."""
     return "gravel" if ground == "bricks" else "bricks"
+
+
+@lru_cache(maxsize=32)
+def resized(name: str, factor: float) -> NDArray:
+    """A texture (h, w, 4) uint8 reduced or enlarged by a factor, without aliasing."""
+    rgba = texture(name)
+    size = tuple(max(round(factor * side), 2) for side in rgba.shape[1::-1])
+    how = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    return cv2.resize(rgba, size, interpolation=how)

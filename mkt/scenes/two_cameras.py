@@ -13,8 +13,9 @@ import cv2
 import numpy as np
 
 from mkt.scenes.drawn import drawn
+from mkt.scenes.layers import Layer
 from mkt.scenes.paths import WIDTH, way
-from mkt.scenes.rendering import Layer, Scene, regions, render
+from mkt.scenes.rendering import Scene, regions, render
 from mkt.scenes.textures import texture
 from mkt.types import Array, Frame, Region, Regions
 

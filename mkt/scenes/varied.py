@@ -11,8 +11,9 @@ import numpy as np
 
 from mkt import checks
 from mkt.scenes.drawn import drawn
+from mkt.scenes.layers import Layer
 from mkt.scenes.paths import LENGTH, WIDTH, roaming
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.rendering import Scene
 from mkt.scenes.textures import CUT_OUT
 from mkt.tracking import Sequence
 

@@ -20,7 +20,8 @@ from mkt.histograms import histograms, learn
 from mkt.kernels import Kernels
 from mkt.papers.teuliere2009.histograms import still
 from mkt.regions import displaced
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.trackers.combined import Combined
 from mkt.trackers.ssd import newton_path
 from mkt.tracking import Sequence, track

@@ -10,7 +10,8 @@ import pytest
 import mkt
 from mkt.course.book.pages import HERE
 from mkt.figures.registry import FIGURES
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.sequences.writing import video_writer
 from mkt.trackers import by_name
 

@@ -113,6 +113,7 @@ def test_a_run_depends_on_its_tracker_and_source_and_on_no_figure():
         "trackers/particle_filter.py",
         "histograms.py",
         "scenes/cordoba2014.py",
+        "scenes/layers.py",
         "scenes/rendering.py",
         "checks.py",
     } <= reached

@@ -3,7 +3,8 @@
 import cv2
 import numpy as np
 
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 
 SIZE = (160, 120)  # width, height [px]
 

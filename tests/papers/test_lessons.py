@@ -16,8 +16,9 @@ from mkt.papers.lessons import planes as lessons_on_planes
 from mkt.papers.lessons import trackers as lessons
 from mkt.particles import SCHEMES, effective_sample_size
 from mkt.regions import displaced
+from mkt.scenes.layers import Layer
 from mkt.scenes.questions import base
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.rendering import Scene
 from mkt.sequences.carphone import carphone
 from mkt.servoing import planes
 from mkt.servoing.features import Camera

@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from mkt.homographies import of_regions, through
 from mkt.scenes.cards import KINDS, card
-from mkt.scenes.rendering import Layer, Scene, homographies, regions
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene, homographies, regions
 from mkt.scenes.textures import texture
 
 TIMES = np.arange(120)

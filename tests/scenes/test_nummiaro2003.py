@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from mkt.scenes import nummiaro2003 as stories
+from mkt.scenes.layers import Layer
 from mkt.scenes.paths import standing
-from mkt.scenes.rendering import Layer, Scene, render
+from mkt.scenes.rendering import Scene, render
 
 SEEDS = range(4)
 MIDDLE = standing(160, 120)

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from mkt.regions import displaced, warp
-from mkt.scenes.paths import standing
-from mkt.scenes.rendering import STILL, Layer, Scene, regions, render
+from mkt.scenes.layers import Layer
+from mkt.scenes.paths import STILL, standing
+from mkt.scenes.rendering import Scene, regions, render
 from mkt.scenes.textures import NAMES, texture
 
 MOVING = (

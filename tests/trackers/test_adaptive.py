@@ -13,8 +13,9 @@ from mkt.histograms import coefficient
 from mkt.papers.nummiaro2003.claims import student, traffic
 from mkt.particles import EllipseMotion, covariance
 from mkt.regions import warp
+from mkt.scenes.layers import Layer
 from mkt.scenes.paths import standing
-from mkt.scenes.rendering import Layer, Scene, render
+from mkt.scenes.rendering import Scene, render
 from mkt.trackers import appearance
 from mkt.trackers.adaptive import (
     INITIALISING,

@@ -13,7 +13,8 @@ from mkt.histograms import counts, learn
 from mkt.kernels import Kernels
 from mkt.particles import covariance, effective_sample_size
 from mkt.regions import THETA, displaced
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.trackers.close_up import close_up
 from mkt.trackers.gains import BOUNDS, first_light, followed, relit
 from mkt.trackers.guided import FULL_GRID, Guided, Optimum, _surprise

@@ -15,7 +15,8 @@ from mkt.homographies import corner_error, moved, of_regions, through
 from mkt.kernels import Kernels
 from mkt.regions import displaced, from_box
 from mkt.scenes.cards import card
-from mkt.scenes.rendering import Layer, Scene, homographies
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene, homographies
 from mkt.trackers import homography, homography_esm, ssd
 from mkt.trackers.homography import (
     NEARLY,

@@ -7,7 +7,8 @@ import pytest
 
 from mkt.histograms import coefficient, histograms
 from mkt.particles import covariance
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.trackers.hybrid_resampling import HybridResampling
 
 CUP = Layer("cup", 60.0, ((0.0, 160.0, 120.0, 0.0, 1.0), (20.0, 190.0, 110.0, 0.0, 1)))

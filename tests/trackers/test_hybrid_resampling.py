@@ -8,7 +8,8 @@ import pytest
 from mkt.evaluation import overlap
 from mkt.kernels import Kernels
 from mkt.scenes import SCENES
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.trackers.by_name import TRACKERS
 from mkt.trackers.hybrid_resampling import ACCEPT, NOTHING_LEARNT, HybridResampling
 from mkt.tracking import track

@@ -5,7 +5,8 @@ import pytest
 
 from mkt.evaluation import overlap
 from mkt.regions import displaced
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.trackers.last_word import PIXELS, aligned, picture_of
 
 CLIP = Scene(Layer("car", 80.0, ((0.0, 159.5, 119.5, 0.2, 1.0),)), length=2).sequence()

@@ -11,7 +11,8 @@ import pytest
 
 from mkt.evaluation import errors, overlap
 from mkt.regions import from_box
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.trackers import by_name, opencv
 from mkt.trackers.opencv import MIL, CamShift, MeanShift
 from mkt.tracking import track

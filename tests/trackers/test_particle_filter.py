@@ -15,8 +15,9 @@ from mkt.histograms import learn
 from mkt.kernels import Kernels
 from mkt.particles import covariance
 from mkt.scenes import SCENES
+from mkt.scenes.layers import Layer
 from mkt.scenes.questions import base, look_alike, occlusion
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.rendering import Scene
 from mkt.trackers import by_name
 from mkt.trackers.combined import Combined
 from mkt.trackers.guided import Guided

@@ -10,8 +10,9 @@ from mkt.evaluation import errors, overlap
 from mkt.histograms import coefficient, learn
 from mkt.kernels import Kernels
 from mkt.regions import displaced, warp
+from mkt.scenes.layers import Layer
 from mkt.scenes.questions import blur
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.rendering import Scene
 from mkt.scenes.textures import OBJECTS
 from mkt.trackers.guided import Guided
 from mkt.trackers.homography import PlaneSSD

@@ -20,7 +20,8 @@ from mkt.particles import (
     mean_region,
 )
 from mkt.plotting import CONTRAST, CURRENT, draw_region, draw_truth, pale, show_frame
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.scenes.teuliere2009 import hidden
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.tracking import Sequence as Clip

@@ -14,7 +14,8 @@ from mkt.histograms import Target, learn
 from mkt.kernels import Kernels
 from mkt.plotting import CONTRAST, DASHES, draw_map, draw_region, show_frame
 from mkt.regions import displaced
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.trackers.ssd import Prior
 from mkt.types import Array, Frame, Region
 

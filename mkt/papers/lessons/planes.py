@@ -25,7 +25,8 @@ from mkt.plotting import CONTRAST, CURRENT, TRACKERS, TRUTH, draw_map, pale, sho
 from mkt.regions import rotation
 from mkt.scenes.cards import CARDS, card
 from mkt.scenes.drawn import HELD_BACK
-from mkt.scenes.rendering import Frames, Layer, Scene, homographies, regions
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Frames, Scene, homographies, regions
 from mkt.servoing import planes
 from mkt.servoing.features import Camera
 from mkt.trackers.homography import PlaneSSD, felt

@@ -22,8 +22,9 @@ from mkt.papers import runs as kept
 from mkt.regions import as_regions
 from mkt.scenes import nummiaro2003 as stories
 from mkt.scenes.drawn import drawn
+from mkt.scenes.layers import Layer
 from mkt.scenes.paths import standing
-from mkt.scenes.rendering import Layer, Scene, render
+from mkt.scenes.rendering import Scene, render
 from mkt.trackers.adaptive import Adaptive
 from mkt.trackers.appearance import place
 from mkt.trackers.ellipses import Disc

@@ -27,7 +27,8 @@ from mkt.plotting import (
     show_frame,
 )
 from mkt.regions import displaced, warp
-from mkt.scenes.rendering import Layer, Scene
+from mkt.scenes.layers import Layer
+from mkt.scenes.rendering import Scene
 from mkt.scenes.textures import OBJECTS
 from mkt.tracking import Sequence
 from mkt.types import Array, Frame, NDArray, Region
