@@ -95,8 +95,10 @@ occluded environments.  2014.
 # Nothing is imported here but the machinery of imports: ``python3 -m mkt`` runs this
 # file before numpy is installed.
 import importlib
+import time
 
 __version__ = "0.1.0"
+BEGUN = time.time()  # code that is written later is not what runs
 
 _PUBLIC = {
     "mkt.autoregression": "AutoRegression",

@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 import platformdirs
 
+import mkt
 from mkt.files import PACKAGE, ROOT, is_clone, named, whole
 
 NUMERICAL = (
@@ -62,7 +63,13 @@ def folder() -> Path:
 
 def key(*parts: Any) -> str:
     """A name for what depends on these parts and nothing else, by what they print."""
-    return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()[:32]
+    return hashlib.sha256("\n".join(map(_printed, parts)).encode()).hexdigest()[:32]
+
+
+def _printed(thing: Any) -> str:
+    """What a thing prints, its arrays in full: in short two can look the same."""
+    with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
+        return repr(thing)
 
 
 class Shelf:
@@ -181,7 +188,7 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
 
 def identity(source: Any) -> str:
     """What identifies a source: its own word for this, or what it prints."""
-    return source.identity() if hasattr(source, "identity") else repr(source)
+    return source.identity() if hasattr(source, "identity") else _printed(source)
 
 
 def code_of(*things: Any) -> str | None:
@@ -189,10 +196,17 @@ def code_of(*things: Any) -> str | None:
 
     Their parts are looked at too, see `homes`.  The versions of the packages that
     numbers depend on go into it.  Returns None if the code of one cannot be read, for
-    example of a class that was written in a notebook: its results cannot be kept.
+    example of a class that was written in a notebook, or if it has been written since
+    this program began, which may run what was there before: its results cannot be kept.
     """
     files = homes(*things)
-    return None if files is None else _hash(files)
+    if files is None or any(map(_rewritten, _reached(files))):
+        return None
+    return _hash(files)
+
+
+def _rewritten(path: Path) -> bool:
+    return mkt.BEGUN < path.stat().st_mtime < time.time()
 
 
 def homes(*things: Any) -> tuple[Path, ...] | None:
@@ -233,6 +247,11 @@ def _inside(thing: Any) -> Iterable[Any]:
     if isinstance(thing, dict):
         return thing.values()
     return thing if isinstance(thing, tuple | list) else ()
+
+
+@functools.lru_cache(maxsize=256)
+def _reached(files: tuple[Path, ...]) -> list[Path]:
+    return reachable(files)
 
 
 @functools.lru_cache(maxsize=256)
@@ -277,7 +296,7 @@ def _is_text(node: ast.AST) -> bool:
 def reachable(
     files: Iterable[Path], following: Callable[[Path], list[Path]] | None = None
 ) -> list[Path]:
-    """The files of the package that some files can reach by imports, themselves too.
+    """The files that some files can reach by imports, themselves too.
 
     What follows from a file is what it has `imported`, unless told otherwise.  What a
     `mkt.registry.Registry` finds in a package is reached from where it is made.
@@ -294,28 +313,78 @@ def reachable(
 
 @functools.lru_cache(maxsize=512)
 def imported(path: Path) -> list[Path]:
-    """The files of the package that a file imports, anywhere in it."""
-    names: list[str] = []
+    """The files of the package that a file imports, anywhere in it.
+
+    For a file from elsewhere, which a user wrote, also the files beside it.
+    """
+    tree = ast.parse(path.read_text(encoding="utf-8"))
     files: list[Path] = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            names += [f"{node.module}.{alias.name}" for alias in node.names]
-        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Registry":
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Registry":
             packages = [ast.literal_eval(argument) for argument in node.args[1:2]]
             for package in packages:
                 files += PACKAGE.parent.joinpath(*package.split(".")).rglob("*.py")
-    for name in names:
+    for name in names_in(tree):
         files += files_of(name)
+        if PACKAGE not in path.parents:
+            files += _files_beside(path, name)
     return files
+
+
+def names_in(code: ast.AST) -> Iterator[str]:
+    """Dotted names that code imports, or takes from a module, each spelled out."""
+    short: dict[str, str] = {}
+    names: list[str] = []
+    for node in ast.walk(code):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+            short |= {a.asname: a.name for a in node.names if a.asname}
+        elif isinstance(node, ast.ImportFrom):
+            module = f"{node.module}." if node.module else ""
+            names += [f"{module}{alias.name}" for alias in node.names]
+        elif isinstance(node, ast.Attribute):
+            names.append(_dotted(node))
+    for name in names:
+        first, dot, rest = name.partition(".")
+        yield _spelled_out(f"{short.get(first, first)}{dot}{rest}")
+
+
+def _dotted(node: ast.expr) -> str:
+    """``a.b.c`` as text, "" for anything but names and dots."""
+    if isinstance(node, ast.Name):
+        return node.id
+    if isinstance(node, ast.Attribute):
+        base = _dotted(node.value)
+        return f"{base}.{node.attr}" if base else ""
+    return ""
+
+
+def _spelled_out(name: str) -> str:
+    """A dotted name, with the module where mkt.SSD and its like really are."""
+    package, _, rest = name.partition(".")
+    public = rest.partition(".")[0]
+    if package == "mkt" and public in mkt.NAMES:
+        return f"{mkt.NAMES[public]}.{rest}"
+    return name
 
 
 def files_of(name: str) -> list[Path]:
     """The files that the import of a dotted name runs, of the package alone."""
-    first, *parts = name.split(".")
-    if first != "mkt":
-        return []
-    places = [PACKAGE.joinpath(*parts[:k]) for k in range(1, len(parts) + 1)]
+    first, _, rest = name.partition(".")
+    return _files_in(PACKAGE, rest) if first == "mkt" else []
+
+
+def _files_beside(path: Path, name: str) -> list[Path]:
+    """Those in the folder of a file, and in those of the packages that it is in."""
+    folders = [path.parent]
+    while (folders[-1] / "__init__.py").is_file():
+        folders.append(folders[-1].parent)
+    return [file for folder in folders for file in _files_in(folder, name)]
+
+
+def _files_in(folder: Path, name: str) -> list[Path]:
+    """The modules and packages of a folder that a dotted name leads through."""
+    parts = name.split(".") if name else []
+    places = [folder.joinpath(*parts[:k]) for k in range(1, len(parts) + 1)]
     both = [(place.with_suffix(".py"), place / "__init__.py") for place in places]
     return [file for pair in both for file in pair if file.is_file()]

@@ -70,12 +70,19 @@ class Job:
     source: Named
     seed: int = 0
 
-    def key(self) -> str | None:
-        """The key under which its row is kept, None where it cannot be kept."""
+    def key(self, source: str = "") -> str | None:
+        """The key under which its row is kept, None where it cannot be kept.
+
+        Parameters
+        ----------
+        source : str
+            What identifies the source, where it is known: to look at all files of a
+            recorded one takes a while.
+        """
         code = cache.code_of(self.tracker, self.source, evaluation)
         if code is None:
             return None
-        source = cache.identity(self.source)
+        source = source or cache.identity(self.source)
         return cache.key(self.label, self.tracker, source, self.seed, code)
 
 
@@ -138,9 +145,17 @@ def _mean(numbers: np.ndarray) -> float:
     return float(np.mean(numbers)) if len(numbers) else np.nan
 
 
-def known(jobs: Iterable[Job]) -> list[dict[str, Any] | None]:
-    """The rows of the jobs that are kept, None for the others."""
-    return [None if key is None else ROWS.get(key) for key in (j.key() for j in jobs)]
+def _known(job: Job, source: str) -> dict[str, Any] | None:
+    """The row of a job that is kept, None where there is none."""
+    key = job.key(source)
+    return None if key is None else ROWS.get(key)
+
+
+def _identities(jobs: list[Job]) -> list[str]:
+    """What identifies the source of each job; each source is asked once."""
+    asked = {id(job.source): job.source for job in jobs}
+    known = {number: cache.identity(source) for number, source in asked.items()}
+    return [known[id(job.source)] for job in jobs]
 
 
 def sweep(
@@ -168,17 +183,18 @@ def sweep(
         When a row cannot be kept, as on a full disk; those before it are.
     """
     jobs = list(jobs)
-    rows = known(jobs)
+    sources = _identities(jobs)
+    rows = [_known(job, of) for job, of in zip(jobs, sources, strict=True)]
     missing = [k for k, row in enumerate(rows) if row is None]
     done = Parallel(n_jobs=processes, return_as="generator_unordered")(
-        delayed(_run_group)(group) for group in _groups(jobs, missing)
+        delayed(_run_group)(group) for group in _groups(jobs, missing, sources)
     )
     quiet = None if missing else True
     with tqdm(total=len(missing), desc="runs", unit="run", disable=quiet) as bar:
         for fresh in done:
             for k, row in fresh.items():
                 rows[k] = row
-                _keep(jobs[k], row)
+                _keep(jobs[k], sources[k], row)
             bar.update(len(fresh))
     columns = {name: [_parameter(job, name) for job in jobs] for name in parameters}
     return pd.DataFrame(rows).assign(**columns)
@@ -192,12 +208,11 @@ def _parameter(job: Job, name: str) -> Any:
         return np.nan
 
 
-def _groups(jobs: list[Job], missing: list[int]) -> list[dict[int, Job]]:
+def _groups(
+    jobs: list[Job], missing: list[int], sources: list[str]
+) -> list[dict[int, Job]]:
     """The missing jobs, those on one source together: each frame is rendered once."""
-
-    def source(k):
-        return cache.identity(jobs[k].source)
-
+    source = sources.__getitem__
     ordered = sorted(missing, key=source)
     return [{k: jobs[k] for k in group} for _, group in groupby(ordered, source)]
 
@@ -207,8 +222,8 @@ def _run_group(group: dict[int, Job]) -> dict[int, dict[str, Any]]:
         return {k: run(job) for k, job in group.items()}
 
 
-def _keep(job: Job, row: dict[str, Any]) -> None:
-    key = job.key()
+def _keep(job: Job, source: str, row: dict[str, Any]) -> None:
+    key = job.key(source)
     if key is not None:
         ROWS.put(key, row)
 

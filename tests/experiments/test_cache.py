@@ -98,6 +98,10 @@ def test_keys_differ_where_their_parts_do():
     keys = {cache.key(*parts) for parts in ((1,), ("1",), (1, 2), (SSD(),), ())}
     assert len(keys) == 5 and cache.key(SSD()) == cache.key(SSD())
     assert cache.key(SSD()) != cache.key(SSD(iterations=3))
+    many, other = np.zeros(2000), np.zeros(2000)
+    other[1000] = 1e-12
+    assert cache.key(many) != cache.key(other)
+    assert cache.identity(many) != cache.identity(other)
 
 
 def names(*things):
@@ -120,6 +124,51 @@ def test_a_run_depends_on_its_tracker_and_source_and_on_no_figure():
     outside = {"plotting.py", "trackers/guided.py", "sequences/video.py"}
     assert not reached & outside
     assert not any(p.startswith(("figures", "papers", "course")) for p in reached)
+
+
+@pytest.mark.parametrize(
+    "code, reached",
+    [
+        ("import mkt\nmkt.Kernels('one')", PACKAGE / "kernels.py"),
+        ("import mkt as m\nm.Kernels('one')", PACKAGE / "kernels.py"),
+        ("from mkt import Kernels", PACKAGE / "kernels.py"),
+        ("import helper", "helper.py"),
+        ("from helper import ONE", "helper.py"),
+        ("from .helper import ONE", "helper.py"),
+        ("from . import helper", "helper.py"),
+        ("from mine.helper import ONE", "helper.py"),
+    ],
+)
+def test_a_tracker_of_ones_own_depends_on_what_it_uses(code, reached, tmp_path):
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    for name in ("__init__", "helper", "other"):
+        (folder / f"{name}.py").write_text("ONE = 1\n")
+    (folder / "tracker.py").write_text(code)
+    found = cache.reachable([folder / "tracker.py"])
+    assert folder / reached in found
+    assert folder / "other.py" not in found and PACKAGE / "plotting.py" not in found
+
+
+REWRITTEN = """
+import importlib, os, sys, time
+import numpy, mkt
+sys.path.insert(0, "."); sys.dont_write_bytecode = True
+import mine
+from mkt.experiments import cache
+print(cache.code_of(mine.Mine()) is None)
+time.sleep(0.05)  # the time of a file is exact to some milliseconds
+open("helper.py", "w").write("ONE = 2")
+print(cache.code_of(mine.Mine()) is None)
+"""
+
+
+def test_results_of_code_that_was_rewritten_meanwhile_are_not_kept(tmp_path):
+    (tmp_path / "helper.py").write_text("ONE = 1")
+    (tmp_path / "mine.py").write_text("import helper\n\nclass Mine:\n    pass\n")
+    arguments = [sys.executable, "-c", REWRITTEN]
+    done = subprocess.run(arguments, cwd=tmp_path, stdout=subprocess.PIPE, check=True)
+    assert done.stdout.split() == [b"False", b"True"]
 
 
 @pytest.mark.slow

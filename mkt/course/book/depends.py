@@ -6,7 +6,6 @@ chapter's own imports and from the modules of the figures that it shows.  So a c
 shows them.
 """
 
-import ast
 import hashlib
 import os
 from collections.abc import Iterable, Iterator
@@ -17,7 +16,6 @@ from typing import Any
 
 from nbformat import NotebookNode
 
-import mkt
 from mkt.course.book.checks import code_cells, figure_cells, on_page, tree
 from mkt.experiments import cache
 from mkt.experiments.shipped import PAPERS, reachable
@@ -114,39 +112,8 @@ def named_in(notebook: NotebookNode) -> list[Path]:
 def _imports(notebook: NotebookNode) -> Iterator[Path]:
     """The files that the code of a notebook takes from the library."""
     for cell in code_cells(notebook):
-        for node in ast.walk(tree(cell)):
-            for name in _names(node):
-                yield from cache.files_of(_spelled_out(name))
-
-
-def _names(node: ast.AST) -> list[str]:
-    """Dotted names that a piece of code imports, or takes from a module."""
-    if isinstance(node, ast.Import):
-        return [alias.name for alias in node.names]
-    if isinstance(node, ast.ImportFrom):
-        return [f"{node.module}.{alias.name}" for alias in node.names]
-    if isinstance(node, ast.Attribute):
-        return [_dotted(node)]
-    return []
-
-
-def _dotted(node: ast.expr) -> str:
-    """``a.b.c`` as text, "" for anything but names and dots."""
-    if isinstance(node, ast.Name):
-        return node.id
-    if isinstance(node, ast.Attribute):
-        base = _dotted(node.value)
-        return f"{base}.{node.attr}" if base else ""
-    return ""
-
-
-def _spelled_out(name: str) -> str:
-    """A dotted name, with the module where mkt.SSD and its like really are."""
-    package, _, rest = name.partition(".")
-    public = rest.partition(".")[0]
-    if package == "mkt" and public in mkt.NAMES:
-        return f"{mkt.NAMES[public]}.{rest}"
-    return name
+        for name in cache.names_in(tree(cell)):
+            yield from cache.files_of(name)
 
 
 def _figures(notebook: NotebookNode) -> Iterator[Path]:
