@@ -121,7 +121,7 @@ def checked_region(region: ArrayLike) -> Region:
             f"the region {in_words(region)} is larger than any image; "
             "give its half axes hx and hy in pixels"
         )
-    return region
+    return region.copy()  # what the caller does with his own changes nothing
 
 
 def finite(region: Region) -> Region:

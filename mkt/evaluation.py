@@ -200,6 +200,7 @@ def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
         area : under the success curve.
         position [px], orientation [deg], scale [log] : means without sign.
         shrunk : the share of frames with less than half of the true area.
+        These four are of the frames that have an estimate, NaN without any.
         lost, failed : 1 when none of the last ten scored frames is a hit, or none is a
         hit whose orientation is right to 45 degrees.
         silent, false_alarms : the share of the misses in which the tracker did not say
@@ -215,25 +216,26 @@ def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
     degrees = np.rad2deg(off.orientation)
     hit, said = iou > HIT, track.lost[scored]
     right = hit & (clip.upright | (degrees <= TURNED))
+    given = np.isfinite(track.regions[scored]).all(-1)
     numbers = {
         "overlap": np.mean(iou),
         "hits": true_positives(every),
         "hits_of_all": true_positives(every, hidden=True),
         "area": np.mean(success(every)),
-        "position": np.mean(off.position),
-        "orientation": np.mean(degrees),
-        "scale": np.mean(np.abs(off.scale)),
-        "shrunk": np.mean(np.exp(2 * off.scale) < SHRUNK),
+        "position": _mean(off.position[given]),
+        "orientation": _mean(degrees[given]),
+        "scale": _mean(np.abs(off.scale[given])),
+        "shrunk": _mean(np.exp(2 * off.scale[given]) < SHRUNK),
         "lost": not hit[-LAST:].any(),
         "failed": not right[-LAST:].any(),
-        "silent": _share(~said[~hit]),
-        "false_alarms": _share(said[hit]),
+        "silent": _mean(~said[~hit]),
+        "false_alarms": _mean(said[hit]),
     }
     return {name: float(value) for name, value in numbers.items()}
 
 
-def _share(flags: NDArray) -> float:
-    return float(np.mean(flags)) if len(flags) else np.nan
+def _mean(values: NDArray) -> float:
+    return float(np.mean(values)) if len(values) else np.nan
 
 
 class Restarted(NamedTuple):

@@ -87,7 +87,8 @@ def whole(path: str | os.PathLike) -> Iterator[Path]:
         As `named` does.
     """
     path = Path(path)
-    half = path.with_name(f"{path.stem}.{uuid4().hex}{path.suffix}")
+    # A part of the name: with all of a long one it would be too long for the disk.
+    half = path.with_name(f"{path.stem[:20]}.{uuid4().hex}{path.suffix}")
     try:
         with named(path):
             yield half

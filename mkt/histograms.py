@@ -332,7 +332,7 @@ def coefficient(q: ArrayLike, reference: ArrayLike) -> Array:
 
     Returns
     -------
-    (...) array in [0, 1]
+    (...) array in [0, 1], up to rounding
 
     Examples
     --------

@@ -61,7 +61,7 @@ class SoftBins:
     @cached_property
     def _moved(self) -> list[ColorBins]:
         steps = np.arange(VOTES)[:, None] * LATTICE + VOTES // 2
-        shifts = (steps % VOTES - VOTES // 2) / VOTES
+        shifts = (steps % VOTES - VOTES // 2) / VOTES + self.bins.shift
         return [replace(self.bins, shift=tuple(s)) for s in shifts.tolist()]
 
     def __call__(self, frame: Frame) -> BinImage:

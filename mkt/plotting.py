@@ -166,11 +166,12 @@ def plot_track(
     title = f"{clip.name}, frame {frame}{', lost' if track.lost[frame] else ''}"
     image, truth = clip.frames[frame], clip.truth[frame]
     draw_tracked(upper, image, truth, track.regions[frame], color, title)
-    lower.plot(track.info["distance"], color=color)
     times = np.arange(len(track.lost))
+    lower.plot(track.info.get("distance", np.full(len(times), np.nan)), color=color)
     shade_frames(lower, times, track.lost, color=DESIRED, alpha=0.2)
     lower.axvline(frame, color=TRUTH, lw=1)
-    lower.set(xlim=(0, times[-1]), ylim=(0, 1), xlabel="frame", ylabel="distance")
+    end = max(times[-1], 1)
+    lower.set(xlim=(0, end), ylim=(0, 1), xlabel="frame", ylabel="distance")
 
 
 def shade_frames(ax: Axes, times: ArrayLike, where: NDArray, **style: Any) -> None:

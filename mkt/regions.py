@@ -229,7 +229,8 @@ def wrap_angle(theta: ArrayLike) -> Array:
     -------
     (...) array [rad]
     """
-    return (np.asarray(theta) + np.pi) % (2 * np.pi) - np.pi
+    wrapped = (np.asarray(theta) + np.pi) % (2 * np.pi) - np.pi
+    return np.where(wrapped >= np.pi, -np.pi, wrapped)[()]  # rounded up to the end
 
 
 def displaced(

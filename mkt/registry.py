@@ -10,6 +10,7 @@ import pkgutil
 import re
 from collections.abc import Callable, Iterator, Mapping
 from difflib import get_close_matches
+from threading import RLock
 from typing import Any
 
 
@@ -42,6 +43,7 @@ class Registry(Mapping):
     ):
         self.kind, self._package, self._order = kind, package, order
         self._entries: dict[str, Any] = {}
+        self._importing = RLock()
 
     def add(self, name: str, entry: Any) -> None:
         """Register an entry.  Raises ValueError when the name is taken."""
@@ -75,14 +77,16 @@ class Registry(Mapping):
         return len(self._entries)
 
     def _discover(self) -> None:
-        package, self._package = self._package, None  # its modules may ask for names
-        if package:
-            try:
-                import_all(package)
-            except BaseException:
-                self._package = package  # not all were imported
-                Registry._stopped = True
-                raise
+        # Another thread waits for all names; a module in the package may ask for some.
+        with self._importing:
+            package, self._package = self._package, None
+            if package:
+                try:
+                    import_all(package)
+                except BaseException:
+                    self._package = package  # not all were imported
+                    Registry._stopped = True
+                    raise
 
 
 class UnknownName(KeyError, ValueError):  # KeyError is what a Mapping raises

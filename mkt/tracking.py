@@ -135,7 +135,7 @@ def report(
         For an estimate that is not finite.
     """
     return {
-        "region": finite(region),
+        "region": np.array(finite(region)),  # the caller's own, and not the state's
         "score": float(np.exp(-LAMBDA * distance**2)),
         "lost": bool(lost),
         "distance": float(distance),
@@ -169,9 +169,14 @@ def follow(
     Raises
     ------
     ValueError
-        When there is no region to start on, and whatever the tracker refuses.
+        When there is no frame, or no region to start on; for a negative seed; and
+        whatever the tracker refuses.
     """
-    first = clip.truth[0] if start is None else checked_region(start)
+    if not len(clip):
+        raise ValueError(f"{clip.name} has no frames, so there is nothing to follow")
+    if seed < 0:
+        raise ValueError(f"seed is {seed}; it must be at least 0")
+    first = np.array(clip.truth[0]) if start is None else checked_region(start)
     if not np.all(np.isfinite(first)):
         raise ValueError(
             f"{clip.name}: the first frame has no true region; "
@@ -179,7 +184,9 @@ def follow(
         )
     rng, frames = np.random.default_rng(seed), iter(clip.frames)
     state = tracker.init(next(frames), first, rng)
-    yield {"region": first, "score": 1.0, "lost": False}
+    if progress:
+        progress(1, len(clip))
+    yield {"region": first.copy(), "score": 1.0, "lost": False}
     for done, frame in enumerate(frames, 2):
         state, info = tracker.step(state, frame, rng)
         if progress:

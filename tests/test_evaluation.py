@@ -276,6 +276,19 @@ def test_a_region_has_shrunk_below_half_of_the_true_area(share, shrunk):
     assert evaluate(tracked(found), seen(truth))["shrunk"] == shrunk
 
 
+def test_frames_without_an_estimate_are_misses_of_no_known_error():
+    truth = from_box(np.tile([10.0, 10, 20, 20], (5, 1)))
+    found = truth * [1, 1, 1, 0.5, 0.5] + [3, 4, 0.1, 0, 0]
+    whole = evaluate(tracked(found), seen(truth))
+    found[2] = np.nan
+    part = evaluate(tracked(found), seen(truth))
+    for name in ("position", "orientation", "scale", "shrunk"):
+        assert part[name] == pytest.approx(whole[name])
+    assert part["hits"] == pytest.approx(0.75 * whole["hits"])
+    found[:] = np.nan
+    assert np.isnan(evaluate(tracked(found), seen(truth))["position"])
+
+
 def test_silence_is_counted_among_the_misses_alone():
     truth = from_box(np.tile([10.0, 10, 20, 20], (31, 1)))
     found = truth + [100, 0, 0, 0, 0]

@@ -1,6 +1,7 @@
 """Names are found, refused twice, and told when there is no such thing."""
 
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -94,6 +95,23 @@ def test_a_discovery_that_was_stopped_can_be_taken_up_again(tmp_path, monkeypatc
     with pytest.raises(KeyboardInterrupt):
         set(drawer.things)
     assert dict(drawer.things) == {"a": 1, "b": 2}
+
+
+def test_a_second_thread_waits_for_all_names(tmp_path, monkeypatch):
+    package = tmp_path / "chest"
+    package.mkdir()
+    (package / "__init__.py").write_text(
+        "from mkt.registry import Registry\nthings = Registry('thing', 'chest')\n"
+    )
+    (package / "one.py").write_text(
+        "import time, chest\ntime.sleep(0.3)\nchest.things.add('a', 1)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    import chest
+
+    with ThreadPoolExecutor(3) as threads:
+        asked = [threads.submit(lambda: chest.things["a"]) for _ in range(3)]
+        assert [one.result() for one in asked] == [1, 1, 1]
 
 
 def test_natural_order_is_that_of_people():

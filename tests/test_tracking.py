@@ -6,6 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from mkt.scenes.drawn import Drawn
+from mkt.trackers.ssd import SSD
 from mkt.tracking import LARGE, Sequence, follow, report, track
 
 LENGTH = 6
@@ -92,7 +94,7 @@ def test_progress_is_told_after_every_frame():
         told.append((done, total))
 
     track(Walking(), clip(), progress=progress)
-    assert told == [(k, LENGTH) for k in range(2, LENGTH + 1)]
+    assert told == [(k, LENGTH) for k in range(1, LENGTH + 1)]
 
 
 def test_the_seed_is_the_run():
@@ -135,6 +137,28 @@ def test_follow_looks_at_a_frame_when_it_is_asked_for():
 def test_an_estimate_that_is_not_finite_ends_the_run():
     with pytest.raises(ValueError, match="the estimate .* is not finite"):
         report(np.full(5, np.nan), 0.0, False, 1)
+
+
+@pytest.mark.parametrize(
+    "length, seed, said", [(0, 0, "black has no frames"), (2, -1, "seed is -1")]
+)
+def test_what_cannot_be_followed_is_said(length, seed, said):
+    with pytest.raises(ValueError, match=said):
+        next(follow(Walking(), clip(length), seed))
+
+
+def test_who_changes_what_he_was_told_changes_no_run():
+    mine, frames = START.copy(), clip()
+    infos = follow(SSD(), Drawn("base").sequence(), start=None)
+    plain = [next(infos)["region"].copy() for _ in range(4)]
+    changed = follow(SSD(), Drawn("base").sequence(), start=None)
+    for region in plain:
+        told = next(changed)["region"]
+        assert (told == region).all()
+        told += 60
+    next(follow(Walking(), frames, start=mine))["region"][:] = 0
+    next(follow(Walking(), frames))["region"][:] = 0
+    assert (mine == START).all() and (frames.truth == START).all()
 
 
 def test_a_start_that_is_no_region_is_told():

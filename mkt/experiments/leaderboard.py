@@ -351,9 +351,7 @@ def ranking(board: Board) -> list[Place]:
 
 def cases_of(board: Board) -> pd.DataFrame:
     """The mean overlap of each tracker (columns) in each case (rows)."""
-    other = "source" if board.case == "seed" else "seed"
-    runs = board.rows.groupby([board.case, other, "tracker"])["overlap"].mean()
-    return runs.groupby([board.case, "tracker"]).mean().unstack()
+    return board.rows.groupby([board.case, "tracker"])["overlap"].mean().unstack()
 
 
 def _place(name: str, runs: pd.DataFrame, cases: pd.DataFrame) -> Place:

@@ -7,8 +7,9 @@ Wall-clock times of different days say little.  Contenders therefore run in turn
 import time
 from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Sequence as Series
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import lru_cache
+from threading import Lock
 from typing import Any
 
 import cv2
@@ -28,13 +29,39 @@ def one_thread() -> Iterator[None]:
     Several threads hinder each other on a busy machine, and blur a measured time: the
     time that one of them waits for another counts as its own.
     """
-    before = cv2.getNumThreads()
-    cv2.setNumThreads(1)
+    _LIMITS.enter()
     try:
-        with _controller().limit(limits=1):
-            yield
+        yield
     finally:
-        cv2.setNumThreads(before)
+        _LIMITS.leave()
+
+
+class _Limits:
+    """The limits of the whole program.
+
+    Whoever asks first, in any thread of Python, sets them, and the last one to leave
+    restores what was there before.
+    """
+
+    def __init__(self):
+        self._lock, self._users, self._undo = Lock(), 0, ExitStack()
+
+    def enter(self) -> None:
+        with self._lock:
+            self._users += 1
+            if self._users == 1:
+                self._undo.callback(cv2.setNumThreads, cv2.getNumThreads())
+                cv2.setNumThreads(1)
+                self._undo.enter_context(_controller().limit(limits=1))
+
+    def leave(self) -> None:
+        with self._lock:
+            self._users -= 1
+            if self._users == 0:
+                self._undo.close()
+
+
+_LIMITS = _Limits()
 
 
 @lru_cache(maxsize=1)

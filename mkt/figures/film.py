@@ -103,7 +103,7 @@ def play(frames: Iterable[Frame], fps: float, alt: str) -> HTML:
     Raises
     ------
     ValueError
-        Where a picture has another size than the first.
+        Where there is no picture, or one has another size than the first.
     """
     film, last = webm(frames, fps)
     options = (cv2.IMWRITE_WEBP_QUALITY, QUALITY)
@@ -123,7 +123,9 @@ def webm(frames: Iterable[Frame], fps: float) -> tuple[bytes, Frame]:
     The arguments and errors are those of `play`.
     """
     frames = iter(frames)
-    first = picture = next(frames)
+    first = picture = next(frames, None)
+    if first is None:
+        raise ValueError("there are no pictures, so there is no film")
     with TemporaryDirectory() as folder:
         path = Path(folder) / "film.webm"
         with video_writer(path, first.shape[1::-1], fps) as writer:

@@ -179,11 +179,13 @@ class Tracking {
     if (!this.box) return this.tell("First draw a box round something: with the mouse, a finger, or the arrow keys."); // prettier-ignore
     if (this.busy) return setTimeout(() => this.start(), 5);
     this.history = [];
+    this.learning = true;
     this.ask("learn");
   }
 
   choose() {
     this.tracking = false;
+    this.learning = false; // what is under way is of the old box
     this.found = null;
     this.tell("Draw a box round something, then track it.");
   }
@@ -195,6 +197,7 @@ class Tracking {
       return this.tell(`This cannot be tracked: ${answer.words}.`);
     }
     if (answer.kind === "learn") {
+      if (!this.learning) return;
       this.tracking = true;
       this.times = [];
       return this.tell("Tracking. Move the sliders while it runs.");

@@ -1,8 +1,9 @@
 """What reproduces a track: `Settings`, a small JSON file beside video and table.
 
 The video is known by its place and by its SHA-256, so that another one under the same
-name is noticed; the tracker by its name and all of its numbers, so that a later default
-does not change an old run.
+name is noticed; the tracker by its name and its own numbers, so that another default
+of them does not change an old run.  What is inside of it, such as the motion of its
+filter, is known by the version of the library, which is written down too.
 
 Explained in notebook 03.
 """
@@ -22,7 +23,7 @@ from mkt import tracking
 from mkt.files import DataError, existing_file, whole, written_path
 from mkt.own_video.typed_box import region_of
 from mkt.sequences import truth_formats
-from mkt.sequences.video import IMAGES
+from mkt.sequences.video import images_in
 from mkt.trackers import by_name
 from mkt.trackers.scaled import Scaled
 from mkt.tracking import Tracker
@@ -302,8 +303,7 @@ _POSSIBLE = {
 def fingerprint(path: Path | str) -> str:
     """SHA-256 of a file, as sha256sum prints it.
 
-    Of a folder it is that of its images' own, one after the other in the order of their
-    names.
+    Of a folder it is that of its images' own, one after the other, as they are shown.
 
     Raises
     ------
@@ -313,8 +313,8 @@ def fingerprint(path: Path | str) -> str:
     path = Path(path)
     if not path.is_dir():
         return _sha256(existing_file(path))
-    images = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGES)
-    return hashlib.sha256("".join(map(_sha256, images)).encode()).hexdigest()
+    hashes = map(_sha256, images_in(path))
+    return hashlib.sha256("".join(hashes).encode()).hexdigest()
 
 
 def _sha256(path: Path) -> str:

@@ -129,8 +129,9 @@ class Workbench(ipywidgets.VBox):
     def _begin(self, work: Callable[[], Awaitable[None]]) -> None:
         # A second click may be under way when the first one disables the button.
         if self.state != BUSY:
+            loop = asyncio.get_running_loop()
             self.state = BUSY
-            self.task = asyncio.get_running_loop().create_task(self._guarded(work))
+            self.task = loop.create_task(self._guarded(work))
 
     def _cancel(self) -> None:
         if self.task is not None:  # the click may come in another thread

@@ -6,4 +6,4 @@ themselves where they are written.
 
 from mkt.registry import Registry
 
-SCENES = Registry("scene", "mkt.scenes")
+SCENES = Registry("scene", "mkt.scenes", order=str)

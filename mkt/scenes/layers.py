@@ -71,6 +71,7 @@ class Layer:
 
     def __post_init__(self):
         checks.positive(self, "width")
+        checks.counts(self, "shuffle")
 
 
 def looks(layer: Layer, times: Array) -> Iterator[NDArray]:

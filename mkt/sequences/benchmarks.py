@@ -207,12 +207,15 @@ def named(name: str) -> Found:
     Raises
     ------
     ValueError
-        For a name that is not there; DataError as `data_root` does.
+        For a name that is not there, or of several; DataError as `data_root` does.
     """
     name, _, target = name.partition(":")
     there = sequences()
     good = [one for one in there if name in (one.name, one.folder.name)]
-    if len(good) != 1:
+    if len(good) > 1:
+        names = " or ".join(one.name for one in good)
+        raise ValueError(f"several sequences are called {name!r}; say {names}")
+    if not good:
         names = ", ".join(one.name for one in there) or "none; set MKT_DATA"
         raise ValueError(f"no sequence {name!r}; there are {names}")
     [found] = good

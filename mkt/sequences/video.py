@@ -82,8 +82,7 @@ class Frames(Series):
     def _keep(self, index: int, frame: Frame) -> None:
         frame.flags.writeable = False  # everybody who asks for it gets the same array
         self._cache[index] = frame
-        room = max(FEWEST, min(KEPT, int(ROOM / frame.nbytes)))
-        while len(self._cache) > room:
+        while len(self._cache) > _room(frame):
             self._cache.popitem(last=False)
 
     def _read(self, index: int) -> NDArray:
@@ -186,10 +185,12 @@ class VideoFile(Frames):
     def _read(self, index: int) -> NDArray:
         if index < self._next:
             self._open()
+        # The cache would forget earlier ones at once; of large frames it holds fewer.
+        kept = _room(next(iter(self._cache.values()))) if self._cache else KEPT
         while self._next < index:
             place = self._next
             self._advance()
-            if index - place < KEPT:  # the cache would forget earlier ones at once
+            if index - place < kept:
                 self._keep(place, self._decoded())
         self._advance()
         return self._decoded()
@@ -233,12 +234,7 @@ class ImageFolder(Frames):
 
     def __init__(self, path: str | os.PathLike):
         self.path = existing_folder(path)
-        images = (
-            file
-            for file in self.path.iterdir()
-            if file.suffix.lower() in IMAGES and file.is_file()
-        )
-        self.files = sorted(images, key=_natural)
+        self.files = images_in(self.path)
         if not self.files:
             raise DataError(
                 self.path,
@@ -308,6 +304,21 @@ def _unlike_rgb(image: NDArray) -> str:
     if image.ndim == 2 or image.shape[2] == 1:
         return "a grey image, but colours are what we track by"
     return "" if image.shape[2] == 3 else "it has an alpha channel"
+
+
+def images_in(folder: Path) -> list[Path]:
+    """The files of the images in a folder, in the natural order of their names."""
+    images = (
+        file
+        for file in folder.iterdir()
+        if file.suffix.lower() in IMAGES and file.is_file()
+    )
+    return sorted(images, key=_natural)
+
+
+def _room(frame: Frame) -> int:
+    """How many frames of this size are kept."""
+    return max(FEWEST, min(KEPT, int(ROOM / frame.nbytes)))
 
 
 def _size(shape: tuple[int, ...]) -> str:

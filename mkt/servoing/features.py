@@ -137,7 +137,8 @@ def error(s: ArrayLike, desired: ArrayLike, angle: str = "theta") -> Array:
 
 def _wrapped(angles: Array, period: float) -> Array:
     """The same angles in [-period / 2, period / 2)."""
-    return (angles + period / 2) % period - period / 2
+    wrapped = (angles + period / 2) % period - period / 2
+    return np.where(wrapped >= period / 2, -period / 2, wrapped)[()]  # rounded up
 
 
 def interaction_matrix(

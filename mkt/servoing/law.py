@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mkt.checks import in_words
 from mkt.types import Array
 
 Gain = float | Callable[[Array], float]  # [1/s], a number or a function of the error
@@ -91,13 +92,18 @@ def twist(
     Raises
     ------
     ValueError
-        For another dof, and where L is singular.
+        For another dof, an error that is not finite, and where L is singular.
     """
     if dof not in AXES:
         raise ValueError(f"dof is {dof}; it must be 6, or 4 for vx, vy, vz, wz")
     axes = list(AXES[dof])
     rate = gain(e) if callable(gain) else gain
     wanted = -rate * e - de_dt
+    if not np.isfinite(wanted).all():
+        raise ValueError(
+            f"the error {in_words(e)} or its estimated rate is not finite; "
+            "give features of a region that was seen"
+        )
     v = np.zeros(6)
     v[axes] = _least_solution(L[:, axes], wanted)
     if not np.abs(L @ v - wanted).max() <= 1e-6 * np.abs(wanted).max():

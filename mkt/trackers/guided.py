@@ -218,7 +218,7 @@ class Guided:
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> GuidedState:
         """Learn the references from the part of the region that is in the frame."""
-        region = checked_region(region).copy()
+        region = checked_region(region)
         region[THETA] = wrap_angle(region[THETA])
         pitch = fitting_pitch(self.fine, region)
         ones, here = np.ones(3), region[None]

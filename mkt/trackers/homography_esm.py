@@ -131,7 +131,9 @@ class PlaneESM:
     def refine(
         self, state: ESMState, frame: Frame, start: Array
     ) -> tuple[Array, float]:
-        """Align from any start (3, 3); the homography, and the correlation there.
+        """Align from any start (3, 3); the homography, and the correlation.
+
+        That is the one before the last step.
 
         If it finds what no camera could see, or what lies outside the frame, it returns
         the start and 0.

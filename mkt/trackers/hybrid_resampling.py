@@ -181,7 +181,8 @@ class HybridResampling:
         predicted = self.predict(state, image.shape, rng)
         likelihoods = self.likelihoods(state.target, image, predicted)
         regions, weights = self.accepted(state, image, predicted, likelihoods, rng)
-        weights = weights / weights.sum()
+        total = weights.sum()  # 0 where all are too small to be written down
+        weights = weights / total if total > 0 else self._equal_weights()
         hidden = self.is_hidden(state, weights, likelihoods)
         looked = self._cost(state, hidden)
         if hidden:
@@ -368,7 +369,8 @@ class HybridResampling:
         estimate, heaviest : float
             Likelihoods of the estimate and of the heaviest particle.
         """
-        alpha = self.eta * estimate / (estimate + heaviest)
+        both = estimate + heaviest
+        alpha = self.eta * (estimate / both if both > 0 else 0.5)
         kept = 1 - self.eta - self.gamma
         return np.array([kept, alpha, self.eta - alpha, self.gamma])
 

@@ -100,12 +100,7 @@ class MIL:
         ValueError
             For a frame of another size, for which OpenCV would ask for endless memory.
         """
-        frame = checked_frame(frame)
-        if frame.shape != state.shape:
-            raise ValueError(
-                f"the frame has the shape {frame.shape}, but MIL was started on "
-                f"{state.shape}; bring all frames to one size"
-            )
+        frame = _of_shape(frame, state.shape)
         cv2.setRNGSeed(int(rng.integers(2**31)))
         found, box = state.tracker.update(frame)
         region = from_box(box) if found else state.region
@@ -124,12 +119,15 @@ class ShiftState(NamedTuple):
         The last estimate.
     first : float
         How probable the hues in the window were at the first look.
+    shape : (H, W, 3)
+        The shape that all frames must have.
     """
 
     hues: NDArray
     window: Window
     region: Region
     first: float
+    shape: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -185,13 +183,20 @@ class MeanShift:
             )
         hues *= 255 / hues.max()
         first = _mean(self._projection(frame, hues), window)
-        return ShiftState(hues, window, region, first)
+        return ShiftState(hues, window, region, first, frame.shape)
 
     def step(
         self, state: ShiftState, frame: Frame, rng: Rng
     ) -> tuple[ShiftState, Info]:
-        """Shift the window; the cost is its number of places, as far as known."""
-        projection = self._projection(checked_frame(frame), state.hues)
+        """Shift the window; the cost is its number of places, as far as known.
+
+        Raises
+        ------
+        ValueError
+            For a frame of another size than the first.
+        """
+        frame = _of_shape(frame, state.shape)
+        projection = self._projection(frame, state.hues)
         window, region, evaluations = self._search(projection, state)
         ratio = min(_mean(projection, window) / max(state.first, 1e-9), 1.0)
         d = np.sqrt(1 - ratio)
@@ -228,6 +233,17 @@ class CamShift(MeanShift):
             return state.window, state.region, np.nan
         region = np.array([x, y, np.radians(degrees), width / 2, height / 2])
         return window, _like(region, finite(state.region)[THETA]), np.nan
+
+
+def _of_shape(frame: Frame, shape: tuple[int, ...]) -> Frame:
+    """A frame of the first one's shape; ValueError for any other."""
+    frame = checked_frame(frame)
+    if frame.shape != shape:
+        raise ValueError(
+            f"the frame has the shape {frame.shape}, but the first one {shape}; bring "
+            "all frames to one size"
+        )
+    return frame
 
 
 def _window(frame: Frame, region: Region) -> Window:

@@ -68,10 +68,14 @@ class Scaled:
         return np.array([[s, 0, shift], [0, s, shift], [0, 0, 1]])
 
     def _shrunk(self, frame: Frame) -> Frame:
-        size, scale = None, self.scale
-        return cv2.resize(
-            checked_frame(frame), size, fx=scale, fy=scale, interpolation=cv2.INTER_AREA
-        )
+        frame, scale = checked_frame(frame), self.scale
+        height, width = frame.shape[:2]
+        if min(height, width) * scale <= 0.5:
+            raise ValueError(
+                f"scale is {scale:g}, which leaves nothing of a frame of "
+                f"{width}x{height} px; choose a larger one"
+            )
+        return cv2.resize(frame, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
 
 
 def rescaled(regions: Regions, scale: float) -> Array:

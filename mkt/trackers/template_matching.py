@@ -56,8 +56,7 @@ class TemplateMatching:
 
     def __post_init__(self):
         checks.one_of(self, search=SEARCHES)
-        if not self.reach > 0:
-            raise ValueError(f"reach is {self.reach}; it must be positive")
+        checks.positive(self, "reach")
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> TemplateState:
         """Cut the template out of the upright box round the region.

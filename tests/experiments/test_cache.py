@@ -84,6 +84,9 @@ def test_what_has_not_been_used_for_longest_goes_first(kept, monkeypatch):
     fresh = Shelf("text", ".json", cache.as_json, json.loads)
     fresh.put("newest", "")
     assert {path.stem for path in (kept / "text").iterdir()} == {"new", "newest"}
+    monkeypatch.setattr(cache, "MOST", 0)
+    Shelf("text", ".json", cache.as_json, json.loads).put("last", "")
+    assert {path.stem for path in (kept / "text").iterdir()} == {"newest", "last"}
 
 
 def test_what_another_program_takes_away_meanwhile_is_no_trouble(kept):

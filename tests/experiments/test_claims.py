@@ -60,6 +60,8 @@ def judged(*parts):
         (np.ones(12), {}, TIE),
         (np.ones(12), {"statistic": MEAN}, TIE),
         ([np.nan, *[5.0] * 11], {}, INCONCLUSIVE),
+        (np.repeat([0.2, 1.02], 6), {"margin": 0.1}, INCONCLUSIVE),
+        (np.repeat([0.98, 1.8], 6), {"margin": 0.1}, INCONCLUSIVE),
         (np.r_[np.ones(8)], {"statistic": SHARE, "bound": 0.8}, INCONCLUSIVE),
         (np.r_[np.ones(32)], {"statistic": SHARE, "bound": 0.8}, SUPPORTED),
         (np.zeros(32), {"statistic": PAIRS, "bound": 0, "margin": 0.1}, TIE),

@@ -18,7 +18,7 @@ from mkt.files import ROOT
 from mkt.scenes.drawn import Drawn, drawn
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
-from mkt.tracking import Sequence
+from mkt.tracking import Sequence, Track
 
 TWO = SSD(iterations=2)
 
@@ -81,6 +81,12 @@ def test_a_row_says_what_was_run_and_what_it_took():
     assert row["overlap"] > 0.7 and row["cpu_ms"] > 0 and 1 <= row["steps"] <= 2
     (row,) = sweep([Job("x", TWO, drawn("base", 5), 1)], 1).to_dict("records")
     assert (row["item"], row["ground"]) == ("astronaut", "tissue")
+
+
+def test_steps_are_those_of_the_frames_in_which_the_optimiser_ran():
+    info = {"steps": np.array([np.nan, 3, 0, 5])}
+    track = Track(np.zeros((4, 5)), np.ones(4), np.zeros(4, bool), info)
+    assert sweeps._effort(track)["steps"] == 4
 
 
 def test_a_tracker_that_refuses_its_target_has_a_row_of_nothing():

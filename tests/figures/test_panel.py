@@ -143,7 +143,7 @@ def test_a_run_over_a_sequence_shows_how_far_it_is(monkeypatch):
     panel, seen = explore("toy.run"), []
     panel._progress.observe(lambda change: seen.append(change.new), "value")
     panel._controls["n"].value = 6
-    assert seen == [k / 6 for k in range(2, 7)]
+    assert seen == [k / 6 for k in range(1, 7)]
     assert panel._progress.description == "6 of 6"
     assert panel._progress.layout.visibility == "hidden"
     assert listener() is None

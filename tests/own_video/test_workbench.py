@@ -453,6 +453,19 @@ def test_a_fingerprint_is_that_of_sha256sum_and_a_folder_has_one_too(place):
     assert fingerprint(place) != before
 
 
+def test_the_same_images_in_another_order_are_another_film(place):
+    films = []
+    for order in ("abc", "acb"):
+        folder = place / order
+        (folder / "4.png").mkdir(parents=True)
+        for name, content in zip(("1", "2", "10"), order, strict=True):
+            (folder / f"{name}.png").write_text(content)
+        films.append(fingerprint(folder))
+    assert films[0] != films[1]
+    (place / "acb" / "10.png").rename(place / "acb" / "1b.png")
+    assert fingerprint(place / "acb") == films[0]
+
+
 def test_another_video_under_the_same_name_is_noticed_and_a_moved_one_is_found(
     car, place
 ):

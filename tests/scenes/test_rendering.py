@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from mkt.regions import displaced, warp
+from mkt.scenes import rendering
 from mkt.scenes.layers import Layer
-from mkt.scenes.paths import STILL, standing
+from mkt.scenes.paths import STILL, roaming, spline, standing
 from mkt.scenes.rendering import Scene, regions, render
 from mkt.scenes.textures import NAMES, texture
 
@@ -85,6 +86,19 @@ def test_blur_is_the_mean_over_the_exposure():
     to_mean = np.abs(blurred - np.mean(instants, 0)).mean()
     to_frozen = np.abs(blurred - frozen).mean()
     assert to_frozen > 1 and to_mean < to_frozen / 8
+
+
+@pytest.mark.parametrize("n", [1, 4, 27])
+def test_an_exposure_is_half_before_and_half_after_the_instant_of_the_truth(n):
+    times = rendering._exposure(n)
+    assert times.mean() == pytest.approx(0, abs=1e-12)
+    assert len(times) == n and times[-1] == pytest.approx(0.5 - 0.5 / n)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_walk_starts_from_rest(seed):
+    x, y = spline(roaming(np.random.default_rng(seed)))([-0.25, 0, 0.25])[:, :2].T
+    assert max(np.ptp(x), np.ptp(y)) < 0.3
 
 
 def _stopped(layer, time):

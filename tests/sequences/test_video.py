@@ -98,6 +98,21 @@ def test_stepping_back_decodes_a_block_not_a_frame(tmp_path, monkeypatch):
     assert 1 <= len(opened) <= 3
 
 
+def test_of_large_frames_no_more_are_decoded_on_the_way_back(tmp_path, monkeypatch):
+    frames = VideoFile(write_video(tmp_path / "a.mkv", 60))
+    monkeypatch.setattr(video, "ROOM", 5 * frames[59].nbytes)
+    decode, decoded = VideoFile._decoded, []
+
+    def counted(self):
+        decoded.append(self._next)
+        return decode(self)
+
+    monkeypatch.setattr(VideoFile, "_decoded", counted)
+    for k in reversed(range(60)):
+        np.testing.assert_array_equal(frames[k], picture(k))
+    assert len(decoded) <= 60
+
+
 def test_frames_cannot_be_drawn_into(frames):
     with pytest.raises(ValueError, match="read-only"):
         frames[0][:] = 0

@@ -152,6 +152,13 @@ def test_the_velocity_is_learnt_from_sure_looks_alone(doubtful, learnt):
     np.testing.assert_allclose(after.velocity, expected, atol=0.7 if learnt else 0)
 
 
+def test_the_first_sure_look_after_others_says_nothing_of_the_velocity():
+    tracker, clip, rng = Guided(n=50), MOVING.sequence(), np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)._replace(missed=3)
+    after, _ = tracker.step(state, clip.frames[1], rng)
+    assert after.missed == 0 and (after.velocity == state.velocity).all()
+
+
 @pytest.mark.parametrize("found, learnt", [(0.3, True), (-1.0, False)])
 def test_surprise_is_learnt_from_sure_looks_alone(found, learnt):
     """At rest before, it is 4 px off where it was expected; a tenth of that counts."""

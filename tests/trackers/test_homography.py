@@ -333,6 +333,13 @@ def test_an_object_is_at_most_four_times_as_large_and_eight_times_as_small(
     assert plausible(here, SEEN) == seen
 
 
+@pytest.mark.parametrize("tilt, seen", [(0.65, True), (0.85, False)])
+def test_no_corner_of_an_object_is_at_the_horizon(tilt, seen):
+    """The depth of its nearest corner is 1 - tilt."""
+    away = np.array([[1.0, 0, 0], [0, 1, 0], [tilt, 0, 1]])
+    assert plausible(SEEN @ away, SEEN) == seen
+
+
 @pytest.mark.parametrize("stretch, seen", [(1.35, True), (1.45, False)])
 def test_an_object_is_not_drawn_out_to_a_needle(stretch, seen):
     """By e^x along one axis and e^-x along the other: four times is ln 4 = 1.39."""
@@ -408,6 +415,18 @@ def test_a_combination_on_planes_reports_its_particles_and_all_looks():
     hidden = np.full_like(clip.frames[1], 128)
     _, info = tracker.step(state, hidden, rng)
     assert info["lost"] and info["steps"] == 0 and info["evaluations"] == 31
+
+
+def test_particles_of_a_plane_lie_round_the_new_estimate():
+    clip, rng = card("base", 2).sequence(), np.random.default_rng(0)
+    tracker = PlaneCombined(n=300, spread=(0.4, 0.01))
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    beside = moved(
+        state.ssd.homography, np.array([0.3, 0]), state.target.kernels.half_sides
+    )
+    state = state._replace(ssd=state.ssd._replace(homography=beside))
+    after, _ = tracker.step(state, clip.frames[0], rng)
+    assert abs(after.offsets[:, 0].mean()) < 0.1
 
 
 @pytest.mark.parametrize("length", [1, 8])

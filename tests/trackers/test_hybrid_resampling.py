@@ -249,3 +249,13 @@ def test_with_several_kernels_all_of_them_say_how_far_off_the_target_is():
     after, info = tracker.step(state, clip.frames[1], rng)
     seen = state.target.distances(tracker.bins(clip.frames[1]), info["region"])
     assert info["distance"] == pytest.approx(seen, abs=1e-6)
+
+
+@pytest.mark.parametrize("occlusion", ["likelihood", "n_eff", "never"])
+def test_likelihoods_too_small_to_be_written_down_are_all_alike(occlusion, wall):
+    strict, rng = replace(PFHR, lam=1e5, occlusion=occlusion), np.random.default_rng(0)
+    state = strict.init(wall.frames[0], wall.truth[0], rng)
+    _, info = strict.step(state, np.zeros_like(wall.frames[0]), rng)
+    assert np.allclose(info["weights"], 1 / PFHR.n)
+    assert info["n_eff"] == pytest.approx(PFHR.n)
+    assert strict.shares(0.0, 0.0).sum() == pytest.approx(1)

@@ -263,3 +263,11 @@ def test_where_opencv_finds_nothing_mil_stays_and_says_so():
 def test_hues_need_bins(bins):
     with pytest.raises(ValueError, match="bins"):
         MeanShift(bins=bins)
+
+
+@pytest.mark.parametrize("name", RIVALS)
+def test_a_frame_of_another_size_is_refused(name):
+    clip, tracker, rng = drive(length=2), RIVALS[name], np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    with pytest.raises(ValueError, match="bring all frames to one size"):
+        tracker.step(state, clip.frames[1][::2, ::2], rng)

@@ -62,6 +62,12 @@ def test_a_homography_is_in_pixels_of_the_frame_too():
     assert np.abs(info["region"][:2] - clip.truth[1, :2]).max() < 5
 
 
+def test_a_scale_that_leaves_nothing_of_a_frame_is_told():
+    frame, rng = np.zeros((60, 80, 3), np.uint8), np.random.default_rng(0)
+    with pytest.raises(ValueError, match="leaves nothing of a frame of 80x60 px"):
+        Scaled(SSD(), 0.008).init(frame, np.array([40.0, 30, 0, 20, 20]), rng)
+
+
 @pytest.mark.parametrize("scale", [0, -1, 1.01, np.nan])
 def test_another_scale_is_refused(scale):
     with pytest.raises(ValueError, match="scale is"):

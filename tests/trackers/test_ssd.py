@@ -282,6 +282,7 @@ def test_a_tracker_takes_its_steps_span_after_span():
     after, info = tracker.step(state._replace(region=start), clip.frames[1], rng)
     np.testing.assert_allclose(after.region, region)
     assert info["steps"] == info["evaluations"] == sum(taken) > max(taken)
+    assert info["distance"] == distance_at(state.targets[-1], image, region)
 
 
 @pytest.mark.parametrize(
