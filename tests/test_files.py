@@ -161,3 +161,10 @@ def test_ctrl_c_waits_until_what_belongs_together_is_done():
         done.append("the frame")
     assert done == ["the row", "the frame"]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_name_as_long_as_the_disk_takes_can_be_written(tmp_path):
+    path = tmp_path / f"{'x' * 250}.txt"
+    with whole(path) as half:
+        half.write_text("all")
+    assert path.read_text() == "all"

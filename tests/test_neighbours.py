@@ -126,3 +126,12 @@ def test_the_circle_is_cut_where_that_is_cheapest(n, seed):
     gap = np.cumsum(p - q)
     cheapest = min(np.abs(gap - cut).sum() for cut in gap) / (n / 2)
     assert circular_emd(p, q) == pytest.approx(cheapest)
+
+
+def test_soft_bins_begin_with_the_borders_of_their_bins():
+    """Half a bin of hue on, the votes of a colour are those of one half a bin ahead."""
+    half = SoftBins(ColorBins(shift=(0.5, 0, 0)))
+    for hue in (0, 7, 40):
+        votes = hues(of_hue(hue), half)
+        assert (votes == hues(of_hue(hue + 9), SoftBins())).all()
+        assert (votes != hues(of_hue(hue), SoftBins())).any()

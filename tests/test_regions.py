@@ -59,6 +59,8 @@ def test_the_ends_of_the_half_open_interval():
     assert wrap_angle(np.pi) == -np.pi
     assert wrap_angle(-np.pi) == -np.pi
     assert wrap_angle(3.14) == pytest.approx(3.14)
+    below = np.nextafter(-np.pi, -4)  # a whole turn later is rounded to +pi
+    assert wrap_angle(below) == -np.pi and np.isnan(wrap_angle(np.nan))
 
 
 def test_rotations_of_many_angles_are_those_of_one():

@@ -1,8 +1,9 @@
 """Cards that turn in space: textured planes under perspective, with exact truth.
 
 A card moves as the items of `mkt.scenes.questions` do and tilts out of the image plane
-besides, up to 45 degrees about each of its axes.  It faces the camera in the first
-frame, where it is learnt.
+besides: its way-points by up to 45 degrees about each of its axes, and the smooth curve
+through them now and then by more, up to 78.  It faces the camera in the first frame,
+where it is learnt.
 
 Shown in notebook 16.
 """

@@ -271,6 +271,12 @@ def test_nothing_else_can_be_touched_during_a_run_and_a_second_click_does_nothin
     assert enabled() == dict.fromkeys(enabled(), True) | {"stop": False}
 
 
+def test_a_click_that_no_loop_hears_leaves_the_panel_as_it_was(panel):
+    with pytest.raises(RuntimeError, match="no running event loop"):
+        panel._begin(panel._follow)
+    assert not panel.track.disabled and panel.stop.disabled
+
+
 # Mistakes
 
 

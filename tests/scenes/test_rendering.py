@@ -177,7 +177,9 @@ def test_impossible_cameras_are_refused(field, value):
         Scene(Layer("car", 60.0, MOVING), **{field: value})
 
 
-def test_a_layer_without_width_is_refused():
+def test_a_layer_without_width_or_tiles_is_refused():
+    with pytest.raises(ValueError, match="^shuffle is 0"):
+        Layer("cup", 60.0, STILL, shuffle=0)
     with pytest.raises(ValueError, match="^width is 0"):
         Layer("car", 0.0, MOVING)
 

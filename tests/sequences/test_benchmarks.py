@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mkt.course import cli
-from mkt.sequences.benchmarks import ARCHIVES, Found, data_root, sequences
+from mkt.sequences.benchmarks import ARCHIVES, Found, data_root, named, sequences
 from tests.sequences.written import refused
 
 ROWS = [f"{k} .25 .25 .5 .5" for k in range(3)]
@@ -225,3 +225,10 @@ def test_a_fingerprint_tells_frames_of_other_names_and_sizes(root):
     renamed = first.fingerprint()
     other.write_bytes(other.read_bytes() + b"more")
     assert len({before, renamed, first.fingerprint()}) == 3
+
+
+def test_a_name_of_two_benchmarks_needs_the_benchmark(root):
+    images(root / "vot" / "Thing" / "color")
+    with pytest.raises(ValueError, match="several .* 'Thing'; say OTB/Thing or VOT/Th"):
+        named("Thing")
+    assert named("VOT/Thing").archive.name == "VOT"

@@ -121,7 +121,9 @@ def test_a_box_of_one_colour_is_refused_for_it_is_found_everywhere():
     TemplateMatching().init(frame, clip.truth[0], None)
 
 
-@pytest.mark.parametrize("field, value", [("search", "everywhere"), ("reach", 0.0)])
+@pytest.mark.parametrize(
+    "field, value", [("search", "everywhere"), ("reach", 0.0), ("reach", np.inf)]
+)
 def test_wrong_parameters_are_named(field, value):
     with pytest.raises(ValueError, match=field):
         TemplateMatching(**{field: value})

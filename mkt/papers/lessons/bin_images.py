@@ -112,7 +112,7 @@ def lowest(surface: Array) -> float:
     "own.priors",
     size=(10, 3.8),
     size_prior=(0.0, 40.0, 5.0),
-    share=(0.1, 1.0, 0.1),
+    believed_below=(0.1, 1.0, 0.1),
     turned=(0, 60, 10),
     covered=(0.0, 0.8, 0.1),
 )
@@ -120,7 +120,7 @@ def priors(
     fig: Figure,
     *,
     size_prior: float = 5.0,
-    share: float = 0.7,
+    believed_below: float = 0.7,
     turned: int = 20,
     covered: float = 0.7,
 ) -> Shown:
@@ -147,10 +147,10 @@ def priors(
     show_frame(left, frame, f"{covered:.0%} covered, turned by {turned} deg")
     draw_region(left, region)
     sizes = _draw_prior(middle, data, prior)
-    _draw_turns(right, over_turns, share, ratio)
+    _draw_turns(right, over_turns, believed_below, ratio)
     table = {"log size": GROWTH, "O over size": data, "prior": prior}
     table |= {"turn [deg]": TURNS, "O over turn": over_turns}
-    return shown(table, ratio=ratio, believed=ratio < share, **sizes)
+    return shown(table, ratio=ratio, believed=ratio < believed_below, **sizes)
 
 
 def covered_car(

@@ -71,15 +71,15 @@ def _draw_means(
     size=(10, 3.8),
     count=[5, 10, 20, 30],
     cast=(0.0, 0.6, 0.1),
-    noise=(0, 40, 10),
+    grain=(0, 40, 10),
 )
 def neighbours(
-    fig: Figure, *, count: int = 30, cast: float = 0.2, noise: int = 3
+    fig: Figure, *, count: int = 30, cast: float = 0.2, grain: int = 3
 ) -> Shown:
     """What a bin knows of its neighbours.
 
     Left, the frame in which the car is looked for, under a light that lacks a share of
-    blue and half of that of green, and with noise [grey levels].  Middle, the squared
+    blue and half of that of green, and with grain [grey levels].  Middle, the squared
     distance of regions along x, each over its largest value, for Bhattacharyya's
     distance of hard bins and four that know neighbouring bins.  Right, what each was
     worth to a filter of 50 particles with 930 bins in changing light, over the
@@ -87,7 +87,7 @@ def neighbours(
     """
     margins = LEFT | {"wspace": 0.5}
     axes = fig.subplots(1, 3, width_ratios=(1.1, 1.2, 0.9), gridspec_kw=margins)
-    frame, region = _lit(cast, noise)
+    frame, region = _lit(cast, grain)
     curves = _sections(frame, region, ColorBins(counts=(count,) * 3))
     show_frame(axes[0], frame, f"{count} bins a channel")
     draw_region(axes[0], region)
