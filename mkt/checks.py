@@ -16,6 +16,12 @@ MOST = 100_000  # of anything counted, such as particles: a frame then takes sec
 LONGEST = 32_766  # px a side, and samples: cv2.remap counts with 16 bits and a sign
 
 
+def of_kind(value: Any, kind: type, name: str, remedy: str) -> None:
+    """Refuse an argument of another type."""
+    if not isinstance(value, kind):
+        raise ValueError(f"{name} is of the type {type(value).__name__}; {remedy}")
+
+
 def one_of(specification: Any, **known: Collection[str]) -> None:
     """Refuse a field whose value is not a known one.
 

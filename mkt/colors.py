@@ -159,8 +159,9 @@ class ColorBins:
     def __post_init__(self):
         one_of(self, space=SPACES)
         needed = len(SPACES[self.space])
+        counts = np.atleast_1d(() if self.counts is None else self.counts)
         wrong = self.counts is not None and (
-            len(self.counts) != needed or not all(1 <= c <= 64 for c in self.counts)
+            len(counts) != needed or not all(1 <= c <= 64 for c in counts)
         )
         if wrong:
             raise ValueError(

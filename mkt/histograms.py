@@ -34,7 +34,7 @@ import cv2
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix
 
-from mkt.checks import LONGEST, checked_region, in_words
+from mkt.checks import LONGEST, checked_region, in_words, of_kind
 from mkt.colors import BinImage
 from mkt.homographies import HORIZON, angles, as_places, maps
 from mkt.kernels import Kernels
@@ -77,6 +77,8 @@ def histograms(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray
 
 def counts(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray:
     """`histograms` before they are made to sum to 1; the same arguments and errors."""
+    _check_image(image)
+    of_kind(kernels, Kernels, "kernels", "give Kernels(layout), such as Kernels('3x3')")
     regions = as_places(regions)
     count = _weighted if kernels.parts is None else _constant
     result = np.empty((len(regions), len(kernels.weights), image.m), np.float32)
@@ -87,6 +89,10 @@ def counts(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray:
     for compass in image.compasses:
         turned(result, angles(regions), compass)
     return result
+
+
+def _check_image(image: BinImage) -> None:
+    of_kind(image, BinImage, "image", "give bins(frame), not the frame itself")
 
 
 def turned(counts: NDArray, theta: Array, compass: tuple[int, int]) -> None:
@@ -457,6 +463,7 @@ class Target(NamedTuple):
 
     def check(self, image: BinImage) -> None:
         """Refuse an image of other bins than those that were learnt."""
+        _check_image(image)
         if image.m != self.m:
             raise ValueError(
                 f"the image has {image.m} bins, but the reference {self.m}; "
@@ -488,6 +495,8 @@ def learn(
         where all see nothing.
     """
     region = checked_region(region)
+    _check_image(image)
+    of_kind(kernels, Kernels, "kernels", "give Kernels(layout), such as Kernels('3x3')")
     fitted = kernels.fitted(region)
     q = histograms(image, fitted, region)[0]
     seen = q.any(-1)

@@ -189,6 +189,11 @@ def from_box(box: ArrayLike, angle: ArrayLike = 0.0) -> Regions:
     -------
     (..., 5) array [px, rad]
 
+    Raises
+    ------
+    ValueError
+        For another number of numbers.
+
     Examples
     --------
     The first pixel alone.
@@ -196,7 +201,13 @@ def from_box(box: ArrayLike, angle: ArrayLike = 0.0) -> Regions:
     >>> from_box([0, 0, 1, 1])
     array([0. , 0. , 0. , 0.5, 0.5])
     """
-    x, y, w, h = np.moveaxis(np.asarray(box, float), -1, 0)
+    numbers = np.asarray(box, float)
+    if not numbers.ndim or numbers.shape[-1] != 4:
+        raise ValueError(
+            "a box is (left, top, width, height), four numbers, "
+            f"not an array of the shape {numbers.shape}"
+        )
+    x, y, w, h = np.moveaxis(numbers, -1, 0)
     theta = np.broadcast_to(angle, x.shape)
     return np.stack([x + w / 2 - 0.5, y + h / 2 - 0.5, theta, w / 2, h / 2], -1)
 

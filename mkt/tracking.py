@@ -10,6 +10,7 @@ has to do, any moment can be replayed, and the same seed gives the same run.
 A `Sequence` is used in notebook 03.
 """
 
+import reprlib
 from collections.abc import Callable, Iterator
 from collections.abc import Sequence as Series
 from dataclasses import dataclass
@@ -17,9 +18,10 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from mkt.checks import checked_region, finite
+from mkt.checks import checked_region, finite, of_kind
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions, Rng
 
+ALWAYS = ("region", "score", "lost")  # entries that no info can do without
 LARGE = ("particles", "weights", "model")  # entries of an info that are kept on request
 LAMBDA = 20.0  # printed, Section IV-B of [T09]
 
@@ -172,6 +174,8 @@ def follow(
         When there is no frame, or no region to start on; for a negative seed; and
         whatever the tracker refuses.
     """
+    _check_tracker(tracker)
+    of_kind(clip, Sequence, "clip", "give a Sequence, such as mkt.video(path, box)")
     if not len(clip):
         raise ValueError(f"{clip.name} has no frames, so there is nothing to follow")
     if seed < 0:
@@ -188,10 +192,41 @@ def follow(
         progress(1, len(clip))
     yield {"region": first.copy(), "score": 1.0, "lost": False}
     for done, frame in enumerate(frames, 2):
-        state, info = tracker.step(state, frame, rng)
+        state, info = _checked_step(tracker, tracker.step(state, frame, rng))
         if progress:
             progress(done, len(clip))
         yield info
+
+
+def _check_tracker(tracker: Tracker) -> None:
+    wanted = hasattr(tracker, "init") and hasattr(tracker, "step")
+    if isinstance(tracker, type) or not wanted:
+        raise ValueError(
+            f"{tracker!r} is no tracker, which has the methods init and step; give an "
+            "object such as mkt.SSD(), or mkt.TRACKERS[name]"
+        )
+
+
+def _checked_step(tracker: Tracker, said: Any) -> tuple[Any, Info]:
+    """What a step returned; ValueError where that is no state with an info."""
+    name = f"{type(tracker).__name__}.step"
+    pair = isinstance(said, tuple) and len(said) == 2 and isinstance(said[1], dict)
+    if not pair:
+        raise ValueError(
+            f"{name} must return (state, info), and info is a dict that mkt.report "
+            f"makes; it returned {reprlib.repr(said)}"
+        )
+    missing = [key for key in ALWAYS if key not in said[1]]
+    if missing:
+        raise ValueError(
+            f"{name}: its info has no {missing[0]!r}; make it with mkt.report"
+        )
+    shape = np.shape(said[1]["region"])
+    if shape != (5,):
+        raise ValueError(
+            f"{name}: its region has the shape {shape}; give (cx, cy, theta, hx, hy)"
+        )
+    return said
 
 
 def track(

@@ -120,6 +120,7 @@ def test_wrong_frames_are_refused(frame):
     [
         {"space": "lab"},
         {"counts": (3, 3)},
+        {"counts": 0},
         {"counts": (0, 1, 1)},
         {"space": "rgb", "counts": (64, 64, 64)},
         {"s_min": 1.5},

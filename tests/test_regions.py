@@ -103,3 +103,9 @@ def test_displacements_broadcast_to_a_grid():
     grid = displaced([50, 40, 0, 20, 10], np.arange(3), np.arange(2)[:, None])
     assert grid.shape == (2, 3, 5)
     assert grid[1, 2].tolist() == [52, 41, 0, 20, 10]
+
+
+@pytest.mark.parametrize("box", [[1, 2, 3], 7, [[1, 2, 3, 4, 5]]])
+def test_a_box_has_four_numbers(box):
+    with pytest.raises(ValueError, match="four numbers, not an array of the shape"):
+        from_box(box)

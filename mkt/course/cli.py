@@ -6,11 +6,14 @@ Reading order: `parser`, `parse`, `run`, `door`.
 import argparse
 import os
 import platform
+import re
 import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from tempfile import NamedTemporaryFile
+from typing import Any, NoReturn
 
 from mkt.course import environment
 from mkt.course.commands import (
@@ -26,7 +29,7 @@ from mkt.course.commands import (
     test,
     track,
 )
-from mkt.files import DataError, is_clone
+from mkt.files import PACKAGE, DataError, is_clone
 
 # In the order in which --help names them.
 COMMANDS = (book, test, lab, figure, claims, track, bench, data, doctor, labs, slides)
@@ -84,17 +87,29 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
     if not words:
         top.print_help()
         sys.exit(2)
-    args, args_rest = top.parse_known_args(words)
+    args, args_rest = top.parse_known_args(_joined(words))
     if "names" in args and not any(word.startswith("-") for word in args_rest):
         # argparse takes names behind an option for strange words.
         args.names, args_rest = [*args.names, *args_rest], []
     if args_rest and args.command not in HANDING_ON:
-        top.error(f"unrecognized arguments: {' '.join(args_rest)}")
+        args.error(f"unrecognized arguments: {' '.join(args_rest)}")
     wrong = args.check(args) if "check" in args else None
     if wrong:
-        top.error(wrong)
+        args.error(wrong)
     args.rest = args_rest
     return args
+
+
+def _joined(words: Sequence[str]) -> list[str]:
+    """The words, "--box -5,30,40,40" as one: a minus makes an option to argparse."""
+    joined: list[str] = []
+    for word in words:
+        option = joined and joined[-1].startswith("--") and "=" not in joined[-1]
+        if option and re.match(r"-[\d.]", word):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
 
 
 def run(args: argparse.Namespace) -> int | None:
@@ -126,12 +141,43 @@ def door(command: str) -> Iterator[None]:
     except BrokenPipeError:  # a reader who has read enough, see mkt/__main__.py
         raise
     except (ValueError, OSError) as error:
-        sys.exit(f"mkt {command}: {error}")
-    except MemoryError:
-        sys.exit(f"mkt {command}: {TOO_LARGE}")
+        said = _slip_in_own_tracker(error) or _named_file(error)
+        _leave(command, error, said)
+    except MemoryError as error:
+        _leave(command, error, TOO_LARGE)
     except Exception as error:
         said = _without_extras(error) or _in_own_tracker(error) or _fault(error)
-        sys.exit(f"mkt {command}: {said}")
+        _leave(command, error, said)
+
+
+def _leave(command: str, error: BaseException, said: Any) -> NoReturn:
+    """End the program with a sentence, and with what was noted at the error."""
+    sys.exit("\n".join([f"mkt {command}: {said}", *getattr(error, "__notes__", ())]))
+
+
+def _slip_in_own_tracker(error: Exception) -> DataError | None:
+    """Where a tracker of the user's own raised what we refuse input with.
+
+    None where the library itself refuses, for which a sentence is enough.
+    """
+    # What is in the box is told round what the tracker raised at its start.
+    cause = error.__cause__ if isinstance(error.__cause__, ValueError) else error
+    stack = traceback.extract_tb(cause.__traceback__)
+    if isinstance(cause, DataError) or not stack or "mkt.trackers" not in sys.modules:
+        return None
+    ours = Path(stack[-1].filename).is_relative_to(PACKAGE)
+    return None if ours else _in_own_tracker(cause)
+
+
+def _named_file(error: Exception) -> str:
+    """The message, with a remedy for what the system says of a file."""
+    bare = isinstance(error, OSError) and error.filename and error.strerror
+    if not bare:
+        return str(error)
+    return (
+        f"{error.filename}: {error.strerror}; look whether the path is right, and "
+        "whether it may be read or written"
+    )
 
 
 def _without_extras(error: Exception) -> str:

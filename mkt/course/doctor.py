@@ -175,6 +175,13 @@ def _state_of_environment() -> Finding:
     here = environment.stamp_of(Path(sys.prefix))
     if environment.wanted_stamp() in (stamp, here):
         return Finding(FINE, "environment", "set up")
+    if place.is_symlink():
+        return Finding(
+            WRONG,
+            "environment",
+            f"{place} is a link to an environment of others",
+            "delete the link",
+        )
     if stamp is None and place.exists() and any(place.iterdir()):
         return Finding(
             WRONG,

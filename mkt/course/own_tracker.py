@@ -121,7 +121,8 @@ def _mistake(error: Exception) -> DataError | None:
 
 
 def _told(error: Exception, place: tuple[str, int | None]) -> DataError:
-    what = traceback.format_exception_only(error)[-1].strip()
+    notes = getattr(error, "__notes__", ())  # they stand below
+    what = traceback.format_exception_only(error)[-1 - len(notes)].strip()
     return DataError(place[0], what, "correct it there, and run this again", place[1])
 
 

@@ -225,7 +225,7 @@ def measure(
 ) -> list[Measured]:
     """Run what claims need, all of them by default, and take their numbers.
 
-    Runs that are known are not done again.
+    Runs that are known are not done again.  A single name may stand alone.
 
     Raises
     ------
@@ -237,7 +237,8 @@ def measure(
             f"{len(seeds)} seeds are too few for an interval of 95 %; "
             f"take at least {FEWEST}"
         )
-    claims = [CLAIMS[name] for name in list(names) or CLAIMS]
+    names = [names] if isinstance(names, str) else list(names)
+    claims = [CLAIMS[name] for name in names or CLAIMS]
     needed = [
         job for one in claims for cell in one.jobs(seeds).values() for job in cell
     ]

@@ -11,7 +11,7 @@ video, which the encoder still held, are missing then.
 import csv
 import os
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
@@ -43,12 +43,7 @@ def checked_output(output: Path | str, source: Path | str) -> Path:
         As `refuse_taken` does, even if it is the source under another name.
     """
     output = written_path(output)
-    if output.suffix.lower() not in (*CODECS, *TABLES):
-        ending = output.suffix or "a file without an extension"
-        raise ValueError(
-            f"-o {output}: cannot write {ending}; choose one of {', '.join(CODECS)} "
-            "for a film, .csv or .txt for a table alone"
-        )
+    _refuse_ending(output)
     if not output.parent.is_dir():
         raise ValueError(
             f"-o {output}: no folder {output.parent}; create it, or choose another"
@@ -60,6 +55,15 @@ def checked_output(output: Path | str, source: Path | str) -> Path:
         )
     refuse_taken(output)
     return output
+
+
+def _refuse_ending(output: Path) -> None:
+    if output.suffix.lower() not in (*CODECS, *TABLES):
+        ending = output.suffix or "a file without an extension"
+        raise ValueError(
+            f"-o {output}: cannot write {ending}; choose one of {', '.join(CODECS)} "
+            "for a film, .csv or .txt for a table alone"
+        )
 
 
 def files_of(output: Path) -> list[Path]:
@@ -132,6 +136,7 @@ class Recorder:
     ):
         self.done = 0
         self._title, self._output = title, Path(output)
+        _refuse_ending(self._output)
         refuse_taken(self._output)
         self._first, self._every = settings.part if settings else (0, 1)
         *film, table, chosen = files_of(self._output)
@@ -270,15 +275,29 @@ def record(
         if settings is None or isinstance(error, DataError):
             raise
         # A tracker's message is about regions, which are not what was typed.
-        raise ValueError(f"the box {in_words(settings.box)}: {error}") from None
-    with Recorder(output, clip, title, settings) as recorder:
-        frames = tqdm(clip.frames, desc=title, unit="frame", disable=None)
-        try:
+        raise ValueError(f"the box {in_words(settings.box)}: {error}") from error
+    recorder = Recorder(output, clip, title, settings)
+    try:
+        with recorder, suppress(KeyboardInterrupt):
+            frames = tqdm(clip.frames, desc=title, unit="frame", disable=None)
             for frame, info in zip(frames, infos, strict=True):
                 recorder.add(frame, info)
-        except KeyboardInterrupt:
-            pass
+    except Exception as error:
+        error.add_note(_left(recorder.done, files_of(Path(output))))
+        raise
     return recorder.done
+
+
+def _left(done: int, files: list[Path]) -> str:
+    """What is left of a run that failed: what it found, or nothing.
+
+    The start alone, which was typed, is worth nothing.
+    """
+    if done < 2:
+        _remove(files)
+        return "Nothing has been written."
+    names = ", ".join(map(str, files))
+    return f"{done} frames are in {names}; move them away before the next try."
 
 
 def ask_for_box(clip: Sequence, output: Path, first: int = 0) -> str:
@@ -286,9 +305,13 @@ def ask_for_box(clip: Sequence, output: Path, first: int = 0) -> str:
 
     Returns a text that says how to read a box off it.
     """
+    if first >= len(clip):
+        raise ValueError(
+            f"--from is {first}, but {clip.name} has the frames 0 to {len(clip) - 1}"
+        )
     path = Path(output).with_name(f"{Path(output).stem}-first-frame.png")
     with whole(path) as half:
-        pixel_grid(clip.frames[min(first, len(clip) - 1)]).savefig(half)
+        pixel_grid(clip.frames[first]).savefig(half)
     return (
         f"no --box: where is the target?  Open {path}, the first frame with a grid in "
         "pixels.\nRead off x,y of the target's upper left corner, its width w and its "

@@ -117,7 +117,13 @@ class Settings:
         if not 0 <= self.first < end <= len(clip):
             raise ValueError(
                 f"frames {self.first} to {end - 1}: {self.name} has 0 to "
-                f"{len(clip) - 1}"
+                f"{len(clip) - 1}; choose the first one (--from) and the last one "
+                "(--to) among these"
+            )
+        if self.first + self.every >= end > self.first + 1:
+            raise ValueError(
+                f"every {self.every}-th frame: of {self.first} to {end - 1} that is "
+                "one alone; choose a smaller number (--every)"
             )
         part = slice(self.first, end, self.every)
         frames, truth = clip.frames[part], clip.truth[part].copy()
@@ -164,6 +170,8 @@ def settled(
     ValueError
         Naming what is wrong; DataError for the video.
     """
+    if not _is_seed(seed):
+        raise ValueError(f"seed is {seed!r}; give a whole number from 0 on")
     path = written_path(video)
     known = numbers_of(with_numbers(tracker, numbers or {}))
     place = tuple(float(number) for number in box)

@@ -84,7 +84,7 @@ def video_writer(
     OSError
         When the file cannot be written, or the pictures are too large for its format.
     """
-    path = Path(path)
+    path = Path(path).absolute()  # FFmpeg takes what is before a colon for a protocol
     _refuse_large(path, size)
     codec = cv2.VideoWriter.fourcc(*CODECS[path.suffix.lower()])
     with quiet(), _in_pieces(path) as name:

@@ -116,6 +116,8 @@ def test_check_finds_a_lab_of_the_handout_by_its_name_and_says_where_it_looked_f
         match="no such file, seen from this folder or from .*handout.*labs release",
     ):
         cli.run(cli.parse(["labs", "check", "missing.ipynb"]))
+    with pytest.raises(SystemExit, match="this is a folder; give the notebook in it"):
+        cli.run(cli.parse(["labs", "check", str(toy / "handout")]))
 
 
 def test_release_leaves_a_students_work_as_it_is_and_says_so(toy, capsys):

@@ -31,10 +31,10 @@ def test_a_page_calls_parts_by_their_headings_and_never_by_the_marks_of_a_soluti
         assert [place for place in places.values() if "SOLUTION" in place] == [], title
 
 
-def typed(output, text):
-    """Type the points of the question `why`, as a German spreadsheet saves it."""
+def typed(output, text, column="why"):
+    """Type points, of the question `why`, as a German spreadsheet saves it."""
     found = table.read(output)
-    found[0]["why"] = text
+    found[0][column] = text
     table.write(output, found[0], found, ";")
     output.write_bytes(output.read_text(encoding="utf-8-sig").encode("cp1252"))
 
@@ -48,6 +48,16 @@ def test_the_page_says_what_was_right_the_sentences_and_the_points(grades):
     assert "Because." not in text  # the model answer
     rubrics = grades.with_name("grades_rubrics.md").read_text(encoding="utf-8")
     assert "toy, why: 3 points" in rubrics and "Because." in rubrics
+
+
+def test_a_page_says_nothing_of_other_students(toy):
+    for student in ("ada", "bob"):
+        hand_in(toy / "submitted" / student / "toy.ipynb", answer(**GOOD))
+    (toy / "submitted" / "rest.zip").write_bytes(b"PK")
+    rows = graded(toy / "submitted", toy / "grades.csv")
+    assert "byte for byte, as bob" in rows["ada"]["note"]
+    assert "bob" not in page(toy / "grades.csv", "ada")
+    assert "unpack it" in next(r["note"] for r in rows.values() if ".zip" in r["file"])
 
 
 def test_what_a_teacher_types_is_summed_up_and_then_the_page_has_the_model_answers(
@@ -66,6 +76,16 @@ def test_what_is_no_number_of_points_is_refused(grades, text):
     typed(grades, text)
     with pytest.raises(SystemExit, match="ada, toy: .* is not a number of points"):
         cli.run(cli.parse(["labs", "grade", "--merge", "-o", str(grades)]))
+
+
+def test_points_of_a_check_may_be_changed_too(grades):
+    typed(grades, "2")
+    typed(grades, "0,5", "check_add")
+    (row,) = merged(grades)
+    assert (row["points"], row["total"]) == ("1.5", "3.5")
+    typed(grades, "99", "check_add")
+    with pytest.raises(SystemExit, match="'99' in the table is not a number of points"):
+        merged(grades)
 
 
 def test_a_second_run_keeps_what_was_typed_and_grades_only_what_is_new(grades, toy):

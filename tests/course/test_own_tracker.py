@@ -7,11 +7,13 @@ import pytest
 
 from mkt.course import cli, own_tracker
 from mkt.experiments import leaderboard
+from mkt.sequences.video import VideoFile
 from mkt.trackers import by_name
 from tests.own_video import films
 
 CODE = """
 from dataclasses import dataclass
+import numpy as np
 from mkt import report
 
 @dataclass(frozen=True)
@@ -33,6 +35,33 @@ class Silent(Still):
 class Stumbling(Still):
     def step(self, state, frame, rng):
         return state["nothing"]
+
+@dataclass(frozen=True)
+class Empty(Still):
+    def step(self, state, frame, rng):
+        pass
+
+@dataclass(frozen=True)
+class Bare(Still):
+    def step(self, state, frame, rng):
+        return state, {"region": state, "lost": False}
+
+@dataclass(frozen=True)
+class Short(Still):
+    def step(self, state, frame, rng):
+        return state, report(state[:4], 0.1, False, 1)
+
+@dataclass(frozen=True)
+class Late(Still):
+    def step(self, state, frame, rng):
+        if state[0] > 82:
+            int("one")
+        return state + [1, 0, 0, 0, 0], report(state, 0.1, False, 1)
+
+@dataclass(frozen=True)
+class Wrong(Still):
+    def init(self, frame, region, rng):
+        return np.zeros(3) + np.zeros(4)
 
 class Loose(Still):
     def __init__(self, shift): pass
@@ -112,6 +141,43 @@ def test_what_fails_while_it_runs_is_told_with_its_line(own):
     line = 1 + CODE.splitlines().index('        return state["nothing"]')
     assert f"resting.py, line {line}: IndexError: " in stopped.value.code
     assert "correct it there" in stopped.value.code
+
+
+@pytest.mark.parametrize(
+    "name, said",
+    [
+        ("Empty", r"Empty.step must return \(state, info\).*; it returned None"),
+        ("Bare", "Bare.step: its info has no 'score'; make it with mkt.report"),
+        ("Short", r"Short.step: its region has the shape \(4,\)"),
+        ("Wrong", "resting.py, line .*could not be broadcast.*; correct it there"),
+    ],
+)
+def test_what_it_returns_is_looked_at_and_nothing_is_left_of_a_try(own, name, said):
+    films.write(own / "car.mkv", films.driving(3).frames)
+    words = ("--box", "55,48,50,24", "--tracker", f"resting:{name}", "-o", "a.mkv")
+    with pytest.raises(SystemExit, match=said):
+        run("track", "car.mkv", *words)
+    assert not [*own.glob("a.*")]
+
+
+def test_a_slip_has_its_line_and_what_was_found_before_it_is_named(own):
+    films.write(own / "car.mkv", films.driving(8).frames)
+    words = ("--box", "55,48,50,24", "--tracker", "resting:Late", "-o", "a.csv")
+    with pytest.raises(SystemExit) as stopped:
+        run("track", "car.mkv", *words)
+    line = 1 + CODE.splitlines().index('            int("one")')
+    said, note = stopped.value.code.splitlines()
+    assert f"resting.py, line {line}: ValueError: invalid literal" in said
+    rows = (own / "a.csv").read_text().splitlines()
+    assert note.startswith(f"{len(rows) - 1} frames are in a.csv, a.json; move them")
+
+
+def test_its_name_makes_the_name_of_a_file(own, capsys):
+    films.write(own / "car.mkv", films.driving(3).frames)
+    run("track", "car.mkv", "--box", "55,48,50,24", "--tracker", "resting:Still")
+    assert "car-resting_Still.webm" in capsys.readouterr().out
+    films.write(own / "a:b.mkv", films.driving(3).frames)
+    assert len(VideoFile(own / "a:b.mkv")) == 3
 
 
 @pytest.mark.parametrize("words", [("bench", "tracking"), ("track", "x.mkv")])

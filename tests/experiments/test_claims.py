@@ -206,6 +206,7 @@ def test_the_command_prints_the_table_and_writes_it(half_and_half, tmp_path, cap
     [
         (["T09-z"], f"no claim 'T09-z', perhaps {' or '.join(['T09-'])}"),
         (["--seeds", "0:5"], "take at least 6"),
+        (["-o", "claims.png"], "-o claims.png: give a name that ends in .csv"),
         (["-o", "no/such/claims.csv"], "no folder no/such"),
         (["-o", "."], "is a folder; give the name of a file in it"),
         (["-o", "/proc/claims.csv"], "/proc/claims.csv cannot be written"),
@@ -219,6 +220,16 @@ def test_a_wrong_command_is_answered_before_anything_runs(words, said, monkeypat
     with pytest.raises(SystemExit) as stopped:
         cli.run(cli.parse(["claims", *words]))
     assert said in stopped.value.code and stopped.value.code.startswith("mkt claims: ")
+
+
+def test_the_release_has_seeds_of_its_own_and_a_name_may_stand_alone(capsys):
+    with pytest.raises(SystemExit):
+        cli.parse(["claims", "--shipped", "--seeds", "1:30"])
+    said = capsys.readouterr().err
+    assert "--shipped has the seeds of the release" in said
+    assert "usage: python3 -m mkt claims" in said
+    with pytest.raises(ValueError, match="no claim 'foo'"):
+        measure("foo")
 
 
 @pytest.mark.parametrize("text", ["12", "a:b", "5:", "9:3", "1:1", "-3:4"])

@@ -11,6 +11,7 @@ import sys
 import weakref
 from dataclasses import dataclass, field, replace
 from itertools import count
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -21,7 +22,7 @@ from mkt.course import cli
 from mkt.evaluation import overlap
 from mkt.files import ROOT
 from mkt.own_video import overlay, recording
-from mkt.own_video.settings import Settings
+from mkt.own_video.settings import Settings, settled
 from mkt.plotting import CURRENT, DESIRED
 from mkt.regions import corners, from_box, to_box
 from mkt.sequences.truth_formats import video
@@ -526,12 +527,35 @@ def test_a_part_is_tracked_by_the_numbers_of_its_frames(file, clip, tmp_path):
         (("--from", 9), "frames 9 to 7: car.mkv has 0 to 7"),
         (("--to", 8), "frames 0 to 8: car.mkv has 0 to 7"),
         (("--from", 3, "--to", 2), "frames 3 to 2: car.mkv has 0 to 7"),
+        (("--every", 8), "every 8-th frame: of 0 to 7 that is one alone"),
+        (("--seed", "1", "--scale", 0.001), "leaves nothing of a frame"),
     ],
 )
 def test_frames_that_are_not_there_are_refused(words, said, file, box, tmp_path):
     with pytest.raises(SystemExit, match=said):
         run(file, "--box", box, *words, "-o", tmp_path / "a.csv")
     assert not [*tmp_path.iterdir()]
+
+
+def test_the_first_frame_to_be_shown_must_be_there(file, tmp_path):
+    with pytest.raises(SystemExit, match="--from is 9, but car has .* 0 to 7"):
+        run(file, "--from", 9, "-o", tmp_path / "a.csv")
+
+
+def test_a_box_may_begin_outside_and_a_seed_may_not(file, tmp_path, capsys):
+    words = ("--tracker", "guided", "-o", tmp_path / "a.csv")
+    run(file, "--box", "-5,48,80,24", *words)
+    assert len(table(tmp_path / "a.csv")) == 8
+    with pytest.raises(SystemExit):
+        run(file, "--box", "5,48,80,24", "--seed", "-1", *words)
+    assert "-1 is no whole number from 0 on" in capsys.readouterr().err
+    with pytest.raises(ValueError, match="^seed is -1"):
+        settled(file, (5, 48, 80, 24, 0), seed=-1)
+
+
+def test_a_place_without_a_known_ending_is_refused_to_a_program(clip):
+    with pytest.raises(ValueError, match="cannot write a file without an extension"):
+        record(Still(5), 9, Path("x"))
 
 
 def test_on_smaller_frames_the_table_stays_in_pixels_of_the_video(

@@ -48,7 +48,7 @@ def command(
         epilog=f"examples:\n{lines}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.set_defaults(run=run, clone=clone)
+    parser.set_defaults(run=run, clone=clone, error=parser.error)
     return parser
 
 

@@ -98,7 +98,6 @@ def _add_runs(add_argument: Callable) -> None:
     add_argument(
         "--starts",
         type=int,
-        default=0,
         metavar="N",
         help="start each sequence in N frames spread over it instead of in its first, "
         "and play it from N backwards: how much hangs on the first frame",
@@ -132,18 +131,19 @@ def _add_files(add_argument: Callable) -> None:
 
 def check(args) -> str | None:
     """What is wrong with the words after `bench`, None if nothing is."""
-    words = (args.tracker, args.on, args.tracks, args.seeds, args.output, args.starts)
-    if args.what != "tracking" and (any(words) or args.release):
+    words = (args.tracker, args.on, args.tracks, args.seeds, args.output)
+    said = any(words) or args.starts is not None
+    if args.what != "tracking" and (said or args.release):
         return "options go with `bench tracking`"
     if args.what == "core" and args.names:
         return "bench core takes no names; `bench tracking` ranks trackers"
     if args.what == "score" and len(args.names) != 2:
         return "bench score needs a FILE and a SEQUENCE"
-    if args.starts < 0:
+    if args.starts is not None and args.starts < 1:
         return f"--starts is {args.starts}; give 1 or more"
     if args.starts and args.tracks:
         return "--tracks writes whole sequences; leave out --starts"
-    if args.release and (args.names or any(words)):
+    if args.release and (args.names or said):
         return "--release runs all trackers, and takes no other word"
     return None
 
@@ -171,17 +171,20 @@ def _rank(args) -> None:
     """Rank the trackers, print the tables, and write them or the runs if asked to."""
     from mkt.course import own_tracker
     from mkt.experiments import leaderboard
-    from mkt.files import new_file
+    from mkt.files import named, new_file
 
     output = args.output
     if output and new_file(output).suffix not in (".csv", ".md"):
         raise ValueError(f"-o {output}: give a name that ends in .csv or .md")
+    if args.tracks:
+        with named(args.tracks):
+            args.tracks.mkdir(parents=True, exist_ok=True)
     own = [own_tracker.enter_for_ranking(name) for name in args.tracker]
-    named = [own_tracker.enter_for_ranking(name) for name in args.names]
-    names = [*named, *own] if named else []  # those of your own are among all
+    chosen = [own_tracker.enter_for_ranking(name) for name in args.names]
+    names = [*chosen, *own] if chosen else []  # those of your own are among all
     usual = leaderboard.SEEDS[:1] if args.starts else leaderboard.SEEDS
     boards, troubles = leaderboard.recorded(
-        names, args.seeds or usual, on=args.on, starts=args.starts
+        names, args.seeds or usual, on=args.on, starts=args.starts or 0
     )
     if args.starts and not boards:
         raise ValueError("--starts needs sequences; see `python3 -m mkt data`")

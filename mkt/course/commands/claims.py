@@ -21,6 +21,7 @@ def add(commands: Commands) -> None:
         "claims T09-c T09-d --seeds 100:132",
         "claims -o claims.csv",
     )
+    parser.set_defaults(check=check)
     add_argument = parser.add_argument
     add_argument(
         "ids", nargs="*", metavar="ID", help="claims such as T09-c; all by default"
@@ -51,6 +52,13 @@ def add(commands: Commands) -> None:
     )
 
 
+def check(args) -> str | None:
+    """What is wrong with the words after `claims`, None if nothing is."""
+    if args.shipped and args.seeds:
+        return "--shipped has the seeds of the release; leave out --seeds"
+    return None
+
+
 def run(args) -> None:
     """Judge claims, print them, and write them into a file if asked to."""
     import pandas as pd
@@ -63,8 +71,9 @@ def run(args) -> None:
         for claim in claims.CLAIMS.values():
             print(f"{claim.name}  {claim.sentence}")
         return
-    if args.output:
-        new_file(args.output)  # refused before the long work, not after it
+    # Refused before the long work, not after it.
+    if args.output and new_file(args.output).suffix != ".csv":
+        raise ValueError(f"-o {args.output}: give a name that ends in .csv")
     if args.shipped:
         measured = shipped.claimed(args.ids)
     else:

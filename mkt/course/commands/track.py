@@ -71,7 +71,7 @@ def _add_words(add_argument: Callable) -> None:
     )
     add_argument(
         "--seed",
-        type=int,
+        type=_whole(0),
         default=0,
         metavar="S",
         help="of the tracker's chance (0); the same seed gives the same track",
@@ -244,5 +244,6 @@ def _output(args, source: str) -> Path:
     if args.settings:
         name = f"{args.settings.stem}-again"
     else:
-        name = f"{Path(source).resolve().stem}-{args.tracker}"
+        tracker = args.tracker.replace(":", "_")  # no name of a file on Windows
+        name = f"{Path(source).resolve().stem}-{tracker}"
     return checked_output(args.output or free(Path(f"{name}.webm")), source)

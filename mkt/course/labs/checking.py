@@ -55,6 +55,8 @@ def found(path: Path) -> Path:
     for place in (path, HANDOUT / path):
         if place.is_file():
             return place
+        if place.is_dir():
+            raise ValueError(f"{place}: this is a folder; give the notebook in it")
     raise ValueError(
         f"{path}: there is no such file, seen from this folder or from {HANDOUT}; "
         "`python3 -m mkt labs release` writes the labs into that one"

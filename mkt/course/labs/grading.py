@@ -162,7 +162,12 @@ def _write(
 ) -> None:
     """Write the table with its totals, and the pages of its new rows."""
     for row in rows:
-        row["total"] = _total(row, sources.get(row["lab"]))
+        lab = sources.get(row["lab"])
+        if lab is not None and row["points"]:
+            row["points"] = _sum(row, lab, "check") or row["points"]
+            row["total"] = _total(row, lab)
+        else:
+            row["total"] = ""
     table.write(output, _columns(rows, sources), rows, comma)
     for row in new:
         if OLDER in row["note"].splitlines():
@@ -174,23 +179,28 @@ def _write(
     pages.write_rubrics(output, labs)
 
 
-def _total(row: Row, lab: NotebookNode | None) -> str:
-    """The points of a row with those that were typed, "" while some are missing.
+def _total(row: Row, lab: NotebookNode) -> str:
+    """The points of a row with those that were typed, "" while some are missing."""
+    typed = _sum(row, lab, "question")
+    by_checks = _points(row["points"], float("inf"), row)
+    return f"{by_checks + float(typed):g}" if typed else ""
+
+
+def _sum(row: Row, lab: NotebookNode, role: str) -> str:
+    """The points of all checks or of all questions, "" while some are missing.
 
     Raises
     ------
     ValueError
         For a text that is no number of points.
     """
-    if lab is None or not row["points"]:
-        return ""
-    questions = of_role(lab, "question")
-    typed = [row.get(question, "") for question in questions]
+    pieces = of_role(lab, role)
+    typed = [row.get(piece, "") for piece in pieces]
     if not all(typed):
         return ""
-    most = [points(cell) for cell in questions.values()]
+    most = [points(cell) for cell in pieces.values()]
     read = [_points(text, of, row) for text, of in zip(typed, most, strict=True)]
-    return f"{_points(row['points'], float('inf'), row) + sum(read):g}"
+    return f"{sum(read):g}"
 
 
 def _points(text: str, most: float, row: Row) -> float:

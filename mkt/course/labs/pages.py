@@ -8,6 +8,7 @@ import jinja2
 from nbformat import NotebookNode
 
 from mkt.course.labs.notebooks import headings, of_role, points
+from mkt.course.labs.submissions import OF_OTHERS
 from mkt.course.labs.table import Row
 from mkt.files import whole
 
@@ -31,6 +32,8 @@ def rubrics_of(output: Path) -> Path:
 def write(output: Path, row: Row, lab: NotebookNode) -> None:
     """Write the page of a row: FOLDER/STUDENT/LAB.html, with the file's hash in it.
 
+    It is for the student: what the table says of other students is not on it.
+
     The model answers are on it as soon as the row has a total.
 
     Parameters
@@ -50,7 +53,9 @@ def write(output: Path, row: Row, lab: NotebookNode) -> None:
             (check, where[check], row.get(check) or "?", points(cell))
             for check, cell in of_role(lab, "check", "question").items()
         ],
-        notes=row["note"].splitlines(),
+        notes=[
+            one for one in row["note"].splitlines() if not one.startswith(OF_OTHERS)
+        ],
         answers=_models(lab) if row["total"] else {},
     )
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -17,6 +17,12 @@ ASIDE = {"__pycache__", "__MACOSX", "timestamp.txt"}
 SHORT = "lab_"  # with which the names of labs begin, should a file have no more of one
 LARGEST = 50e6  # [bytes] of a notebook
 SHOWN = 3  # files that a sentence lists by name
+ARCHIVES = (".zip", ".tar", ".gz", ".tgz", ".7z", ".rar")
+# Sentences that begin so name other students.
+OF_OTHERS = SAME_NAME, SAME_FILE = (
+    "the name in it",
+    "the same file, byte for byte, as",
+)
 
 
 @dataclass(frozen=True)
@@ -160,6 +166,8 @@ def _trouble(path: Path) -> str:
         return "a link to somewhere else, which was not followed"
     if not stat.S_ISREG(about.st_mode):
         return "not a file"
+    if path.suffix.lower() in ARCHIVES:
+        return "an archive: unpack it, then grade again"
     if path.suffix.lower() != ".ipynb":
         return f"not a notebook: {path.suffix or path.name}"
     if about.st_size > LARGEST:
@@ -201,12 +209,10 @@ def _odd(
         if plain and plain_name(names.get(other.path, "")) == plain
     ]
     alike = {
-        f"the name in it, {written!r}, is also in": [
+        f"{SAME_NAME}, {written!r}, is also in": [
             other for other in named if other.student != one.student
         ],
-        "the same file, byte for byte, as": [
-            other for other in others if other.sha256 == one.sha256
-        ],
+        SAME_FILE: [other for other in others if other.sha256 == one.sha256],
         "there is another file of this lab by this student:": [
             other for other in of_lab if other.student == one.student
         ],
