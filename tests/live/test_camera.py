@@ -1,0 +1,33 @@
+"""The camera's page tracks what the reader means: the last box, and no earlier one."""
+
+import pytest
+
+from mkt.figures.live import joined
+from tests.live.conftest import DOCUMENT, fixture_of
+
+EXPORTS = "\nexport const { camera } = camera_js, { host } = host_js;"
+READER = """
+const { camera, host } = live;
+const sent = [];
+Object.assign(host, { heard() {}, keep() {}, asked: () => null });
+const place = document.createElement("div");
+place.replaceChildren = (...nodes) => place.append(...nodes);
+const page = camera(place, { postMessage: ({ kind }) => sent.push(kind) });
+page.small = { width: 32, height: 24 };
+page.pen = { drawImage() {}, getImageData: () => ({ data: new Uint8ClampedArray(4) }) };
+page.box = [16, 12, 0, 5, 5];
+page.start();
+if (data.again) page.choose();
+page.hear({ kind: "learn" });
+page.look();
+return [sent, page.tracking];
+"""
+
+page = fixture_of(DOCUMENT + joined("camera") + EXPORTS)
+
+
+@pytest.mark.parametrize(
+    "again, sent", [(False, ["learn", "step"]), (True, ["learn"])], ids=["one", "anew"]
+)
+def test_what_was_learnt_of_an_earlier_box_is_not_tracked(page, again, sent):
+    assert page(READER, again=again) == [sent, not again]
