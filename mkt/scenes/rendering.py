@@ -12,7 +12,7 @@ to a scene finds it ready.  The same specification gives the same frames, in any
 Explained in notebook 02.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from collections.abc import Sequence as Series
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -31,6 +31,9 @@ from mkt.tracking import Sequence
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions
 
 MAX_SUBFRAMES = 32
+# Pixels in what is kept of each size of image: at 320x240 640 frames (150 MB),
+# four scenes of 150, for loops return to them, and 96 exposures (90 MB).
+FRAMES, EXPOSED = 640 * 320 * 240, 96 * 320 * 240
 
 
 @dataclass(frozen=True)
@@ -120,10 +123,19 @@ class Frames(Series):
         return render(self.scene, k % len(self))
 
 
-@lru_cache(maxsize=640)  # four scenes of 150 frames, some 150 MB: loops return to them
 def render(scene: Scene, k: int) -> Frame:
     """Frame k of a scene, (H, W, 3) uint8 RGB, read-only."""
-    exposed = _exposed(_noiseless(scene), k)
+    return _kept(_rendered, FRAMES, scene.size)(scene, k)
+
+
+@lru_cache(maxsize=8)
+def _kept(make: Callable, pixels: int, size: tuple[int, int]) -> Callable:
+    """A function that keeps its images of one size, so many pixels of them."""
+    return lru_cache(maxsize=max(pixels // (size[0] * size[1]), 2))(make)
+
+
+def _rendered(scene: Scene, k: int) -> Frame:
+    exposed = _kept(_exposed, EXPOSED, scene.size)(_noiseless(scene), k)
     rng = np.random.default_rng((scene.seed, k))
     noisy = rng.standard_normal(exposed.shape, np.float32)
     # In place, here and below: fresh memory costs as much as the arithmetic.
@@ -138,7 +150,6 @@ def _noiseless(scene: Scene) -> Scene:
     return replace(scene, seed=0, noise=0.0)
 
 
-@lru_cache(maxsize=96)
 def _exposed(scene: Scene, k: int) -> NDArray:
     """Frame k before the sensor's noise, (H, W, 3) float32.
 

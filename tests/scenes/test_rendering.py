@@ -3,6 +3,8 @@
 And everything follows from the specification.
 """
 
+import gc
+import weakref
 from dataclasses import replace
 
 import cv2
@@ -57,11 +59,20 @@ def test_the_truth_is_where_the_object_is(name, camera):
 
 def test_same_specification_same_frames_in_any_order():
     scene = Scene(Layer("car", 80.0, MOVING), length=8, seed=3)
-    fresh = render.__wrapped__  # without the cache
+    fresh = rendering._rendered  # without the cache
     forward = [fresh(scene, k) for k in range(8)]
     backward = [fresh(scene, k) for k in reversed(range(8))][::-1]
     assert np.array_equal(forward, backward)
     assert not (render(replace(scene, seed=4), 0) == forward[0]).all()
+
+
+def test_of_large_frames_fewer_are_kept(monkeypatch):
+    monkeypatch.setattr(rendering, "FRAMES", 5 * 640 * 480)
+    scene = Scene(Layer("cat", 60.0, MIDDLE), length=9, size=(640, 480), seed=77)
+    alive = [weakref.ref(frame) for frame in scene.sequence().frames]
+    gc.collect()
+    assert sum(ref() is not None for ref in alive) <= 6
+    assert render(scene, 8) is render(scene, 8)
 
 
 def test_frames_are_a_series_like_any_other():
