@@ -77,8 +77,7 @@ def histograms(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray
 
 def counts(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray:
     """`histograms` before they are made to sum to 1; the same arguments and errors."""
-    _check_image(image)
-    of_kind(kernels, Kernels, "kernels", "give Kernels(layout), such as Kernels('3x3')")
+    _check(image, kernels)
     regions = as_places(regions)
     count = _weighted if kernels.parts is None else _constant
     result = np.empty((len(regions), len(kernels.weights), image.m), np.float32)
@@ -91,8 +90,9 @@ def counts(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray:
     return result
 
 
-def _check_image(image: BinImage) -> None:
+def _check(image: BinImage, kernels: Kernels) -> None:
     of_kind(image, BinImage, "image", "give bins(frame), not the frame itself")
+    of_kind(kernels, Kernels, "kernels", "give Kernels(layout), such as Kernels('3x3')")
 
 
 def turned(counts: NDArray, theta: Array, compass: tuple[int, int]) -> None:
@@ -463,7 +463,7 @@ class Target(NamedTuple):
 
     def check(self, image: BinImage) -> None:
         """Refuse an image of other bins than those that were learnt."""
-        _check_image(image)
+        _check(image, self.kernels)
         if image.m != self.m:
             raise ValueError(
                 f"the image has {image.m} bins, but the reference {self.m}; "
@@ -495,8 +495,7 @@ def learn(
         where all see nothing.
     """
     region = checked_region(region)
-    _check_image(image)
-    of_kind(kernels, Kernels, "kernels", "give Kernels(layout), such as Kernels('3x3')")
+    _check(image, kernels)
     fitted = kernels.fitted(region)
     q = histograms(image, fitted, region)[0]
     seen = q.any(-1)

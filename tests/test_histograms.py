@@ -309,3 +309,14 @@ def test_an_object_that_is_partly_outside_is_learnt_by_the_kernels_that_see_it()
     with pytest.raises(ValueError, match="outside the image"):
         learn(IMAGE, away, tiles, partly=True)
     assert learn(IMAGE, [40.0, 30, 0, 15, 15], tiles, partly=True).learnt is None
+
+
+def test_a_frame_is_no_image_of_bins_and_a_name_no_kernels():
+    frame, region = np.zeros((60, 80, 3), np.uint8), [40.0, 30, 0, 20, 15]
+    image, kernels = ColorBins()(frame), Kernels("3x3")
+    with pytest.raises(ValueError, match="image is of .* ndarray; give bins.frame."):
+        learn(frame, region, kernels)
+    with pytest.raises(ValueError, match="give bins.frame., not the frame itself"):
+        learn(image, region, kernels).distances(frame, region)
+    with pytest.raises(ValueError, match="kernels is of the type str; give Kernels"):
+        learn(image, region, "3x3")

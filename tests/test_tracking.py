@@ -164,3 +164,11 @@ def test_who_changes_what_he_was_told_changes_no_run():
 def test_a_start_that_is_no_region_is_told():
     with pytest.raises(ValueError, match="not finite; give five numbers"):
         track(Walking(), clip(), start=(np.nan, 1, 0, 5, 5))
+
+
+@pytest.mark.parametrize("tracker", ["ssd", SSD, None], ids=["name", "class", "none"])
+def test_what_is_no_tracker_and_no_sequence_is_said(tracker):
+    with pytest.raises(ValueError, match="no tracker.* give an object such as mkt.SSD"):
+        track(tracker, clip())
+    with pytest.raises(ValueError, match="clip is of the type str; give a Sequence"):
+        track(SSD(), "ball.mp4")

@@ -104,7 +104,7 @@ def _joined(words: Sequence[str]) -> list[str]:
     """The words, "--box -5,30,40,40" as one: a minus makes an option to argparse."""
     joined: list[str] = []
     for word in words:
-        option = joined and joined[-1].startswith("--") and "=" not in joined[-1]
+        option = bool(joined) and re.fullmatch(r"--[^=]+", joined[-1])
         if option and re.match(r"-[\d.]", word):
             joined[-1] += f"={word}"
         else:

@@ -206,7 +206,9 @@ def code_of(*things: Any) -> str | None:
 
 
 def _rewritten(path: Path) -> bool:
-    return mkt.BEGUN < path.stat().st_mtime < time.time()
+    with suppress(OSError):
+        return mkt.BEGUN < path.stat().st_mtime < time.time()
+    return True  # it has been removed
 
 
 def homes(*things: Any) -> tuple[Path, ...] | None:

@@ -446,3 +446,15 @@ def test_track_takes_a_folder_whose_name_is_a_number(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "0").mkdir()
     assert str(cli.parse(["track", "0"]).video) == "0"
+
+
+def test_a_minus_behind_an_option_is_of_its_number_and_after_two_alone_it_is_not():
+    args = cli.parse(["track", "x.mkv", "--box", "-5,30,40,40", "-o", "x.csv"])
+    assert args.box == ["-5,30,40,40"] and args.output.name == "x.csv"
+    assert cli.parse(["test", "--", "-5"]).rest[-1] == "-5"
+
+
+def test_what_the_system_says_of_a_file_gets_its_name_and_a_remedy():
+    with pytest.raises(SystemExit, match="^mkt labs: /no/f: Gone; look whether"):
+        with cli.door("labs"):
+            raise FileNotFoundError(2, "Gone", "/no/f")
