@@ -161,6 +161,32 @@ def test_who_changes_what_he_was_told_changes_no_run():
     assert (mine == START).all() and (frames.truth == START).all()
 
 
+class Trampling(NamedTuple):
+    """A tracker that moves the very region that it was given."""
+
+    def init(self, frame, region, rng):
+        return region
+
+    def step(self, state, frame, rng):
+        state[:2] += 1
+        return state, report(state, 0.1, False, 1)
+
+
+def test_a_tracker_that_changes_its_start_changes_neither_truth_nor_track():
+    mine = clip()
+    regions = track(Trampling(), mine).regions
+    assert (mine.truth == START).all()
+    assert (regions[:, 0] == START[0] + np.arange(LENGTH)).all()
+
+
+def test_a_start_that_is_changed_later_is_still_where_the_tracker_began():
+    sequence, rng = Drawn("base").sequence(), np.random.default_rng(0)
+    start = sequence.truth[0].copy()
+    state = SSD().init(sequence.frames[0], start, rng)
+    start[:] = 0
+    assert (state.region == sequence.truth[0]).all()
+
+
 def test_a_start_that_is_no_region_is_told():
     with pytest.raises(ValueError, match="not finite; give five numbers"):
         track(Walking(), clip(), start=(np.nan, 1, 0, 5, 5))

@@ -1,5 +1,6 @@
 """The doctor calls fine things fine, finds each planted trouble, and has a remedy."""
 
+import os
 import subprocess
 import sys
 
@@ -100,6 +101,17 @@ def test_the_state_of_the_environment(monkeypatch, tmp_path, stamp, state):
         ).write_text(stamp)
     found = findings(doctor.virtual_environment)["environment"]
     assert found.state == state and found.remedy
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links are for administrators there")
+def test_an_environment_of_others_is_found(monkeypatch, tmp_path):
+    """Every command refuses it, see `mkt.course.environment.make`."""
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / ".venv").symlink_to(tmp_path / "theirs")
+    monkeypatch.setattr(environment, "VENV", tmp_path / ".venv")
+    monkeypatch.setattr(doctor.sys, "prefix", str(tmp_path))
+    found = findings(doctor.virtual_environment)["environment"]
+    assert found.state == doctor.WRONG and found.remedy == "delete the link"
 
 
 def test_a_server_whose_environment_is_marked_needs_no_other(monkeypatch, tmp_path):

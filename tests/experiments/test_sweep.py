@@ -75,6 +75,19 @@ def test_rows_come_in_order_and_from_the_cache(kept, monkeypatch):
     assert again[::-1].reset_index(drop=True).equals(rows)
 
 
+def test_a_source_is_asked_once_what_identifies_it(done):
+    class Recorded(Short):
+        asked = []
+
+        def identity(self):
+            self.asked.append(1)
+            return "a film"
+
+    recorded = Recorded(Drawn("base"))
+    sweep(jobs({"a": TWO, "b": SSD()}, [recorded], range(3)), processes=1)
+    assert len(recorded.asked) == 1 and len(done) == 6
+
+
 def test_a_row_says_what_was_run_and_what_it_took():
     (row,) = sweep(short_jobs(1), processes=1).to_dict("records")
     assert row["tracker"] == "ssd" and row["refused"] == ""
