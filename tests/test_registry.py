@@ -57,18 +57,23 @@ def test_an_unknown_name_is_told_with_similar_ones_and_all_of_them(name, says):
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
+def package(folder, monkeypatch, name, **modules):
+    """A package with a registry of its modules."""
+    (folder / name).mkdir()
+    made = f"things = Registry('thing', '{name}')\n"
+    registry = f"from mkt.registry import Registry\n{made}"
+    for module, code in {"__init__": registry, **modules}.items():
+        (folder / name / f"{module}.py").write_text(code)
+    monkeypatch.syspath_prepend(folder)
+    return folder / name
+
+
 def test_modules_are_imported_when_somebody_asks_and_not_before(tmp_path, monkeypatch):
-    package = tmp_path / "shelf"
-    (package / "deep").mkdir(parents=True)
     adds = "from shelf import things\nthings.add(__name__, 1)\n"
-    registry = (
-        "from mkt.registry import Registry\nthings = Registry('thing', 'shelf')\n"
-    )
-    (package / "__init__.py").write_text(registry)
-    (package / "one.py").write_text(adds)
-    (package / "deep" / "__init__.py").write_text("")
-    (package / "deep" / "two.py").write_text(adds)
-    monkeypatch.syspath_prepend(tmp_path)
+    deep = package(tmp_path, monkeypatch, "shelf", one=adds) / "deep"
+    deep.mkdir()
+    (deep / "__init__.py").write_text("")
+    (deep / "two.py").write_text(adds)
     import shelf
 
     assert shelf.things._entries == {}
@@ -77,18 +82,13 @@ def test_modules_are_imported_when_somebody_asks_and_not_before(tmp_path, monkey
 
 
 def test_a_discovery_that_was_stopped_can_be_taken_up_again(tmp_path, monkeypatch):
-    package = tmp_path / "drawer"
-    package.mkdir()
-    (package / "__init__.py").write_text(
-        "from mkt.registry import Registry\nthings = Registry('thing', 'drawer')\n"
-    )
-    (package / "one.py").write_text(
+    stopping = (
         "import drawer\ndrawer.things.add('a', 1)\n"
         "if not hasattr(drawer, 'stopped'):\n"
         "    drawer.stopped = True\n    raise KeyboardInterrupt\n"
         "drawer.things.add('b', 2)\n"
     )
-    monkeypatch.syspath_prepend(tmp_path)
+    package(tmp_path, monkeypatch, "drawer", one=stopping)
     monkeypatch.setattr(Registry, "_stopped", False)
     import drawer
 
@@ -98,15 +98,8 @@ def test_a_discovery_that_was_stopped_can_be_taken_up_again(tmp_path, monkeypatc
 
 
 def test_a_second_thread_waits_for_all_names(tmp_path, monkeypatch):
-    package = tmp_path / "chest"
-    package.mkdir()
-    (package / "__init__.py").write_text(
-        "from mkt.registry import Registry\nthings = Registry('thing', 'chest')\n"
-    )
-    (package / "one.py").write_text(
-        "import time, chest\ntime.sleep(0.3)\nchest.things.add('a', 1)\n"
-    )
-    monkeypatch.syspath_prepend(tmp_path)
+    slow = "import time, chest\ntime.sleep(0.3)\nchest.things.add('a', 1)\n"
+    package(tmp_path, monkeypatch, "chest", one=slow)
     import chest
 
     with ThreadPoolExecutor(3) as threads:

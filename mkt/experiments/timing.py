@@ -47,6 +47,7 @@ class _Limits:
         self._lock, self._users, self._undo = Lock(), 0, ExitStack()
 
     def enter(self) -> None:
+        """One more wants them."""
         with self._lock:
             self._users += 1
             if self._users == 1:
@@ -55,6 +56,7 @@ class _Limits:
                 self._undo.enter_context(_controller().limit(limits=1))
 
     def leave(self) -> None:
+        """One less."""
         with self._lock:
             self._users -= 1
             if self._users == 0:

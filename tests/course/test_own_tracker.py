@@ -88,6 +88,13 @@ def run(*words):
     return cli.run(cli.parse([*map(str, words)])) or 0
 
 
+def tried(own, name, output, frames=3):
+    """Track a car by a class of the module."""
+    films.write(own / "car.mkv", films.driving(frames).frames)
+    words = ("--box", "55,48,50,24", "--tracker", f"resting:{name}")
+    run("track", "car.mkv", *words, *(("-o", output) if output else ()))
+
+
 def test_it_tracks_and_does_so_again_when_it_is_said_again(own):
     films.write(own / "car.mkv", films.driving(4).frames)
     box = ("--box", "55,48,50,24")
@@ -100,9 +107,7 @@ def test_it_tracks_and_does_so_again_when_it_is_said_again(own):
 
 
 def test_a_file_alone_names_no_code_that_is_run(own):
-    films.write(own / "car.mkv", films.driving(3).frames)
-    words = ("--box", "55,48,50,24", "--tracker", "resting:Still", "-o", "a.mkv")
-    run("track", "car.mkv", *words)
+    tried(own, "Still", "a.mkv")
     del by_name.TRACKERS._entries["resting:Still"], by_name.LABELS["resting:Still"]
     said = "a.json: made with a tracker of your own.*--tracker resting:Still"
     with pytest.raises(SystemExit, match=said):
@@ -134,10 +139,8 @@ def test_it_stands_on_the_board(own, monkeypatch, capsys):
 
 
 def test_what_fails_while_it_runs_is_told_with_its_line(own):
-    films.write(own / "car.mkv", films.driving(3).frames)
-    words = ("--box", "55,48,50,24", "--tracker", "resting:Stumbling", "-o", "a.mkv")
     with pytest.raises(SystemExit) as stopped:
-        run("track", "car.mkv", *words)
+        tried(own, "Stumbling", "a.mkv")
     line = 1 + CODE.splitlines().index('        return state["nothing"]')
     assert f"resting.py, line {line}: IndexError: " in stopped.value.code
     assert "correct it there" in stopped.value.code
@@ -153,18 +156,14 @@ def test_what_fails_while_it_runs_is_told_with_its_line(own):
     ],
 )
 def test_what_it_returns_is_looked_at_and_nothing_is_left_of_a_try(own, name, said):
-    films.write(own / "car.mkv", films.driving(3).frames)
-    words = ("--box", "55,48,50,24", "--tracker", f"resting:{name}", "-o", "a.mkv")
     with pytest.raises(SystemExit, match=said):
-        run("track", "car.mkv", *words)
+        tried(own, name, "a.mkv")
     assert not [*own.glob("a.*")]
 
 
 def test_a_slip_has_its_line_and_what_was_found_before_it_is_named(own):
-    films.write(own / "car.mkv", films.driving(8).frames)
-    words = ("--box", "55,48,50,24", "--tracker", "resting:Late", "-o", "a.csv")
     with pytest.raises(SystemExit) as stopped:
-        run("track", "car.mkv", *words)
+        tried(own, "Late", "a.csv", frames=8)
     line = 1 + CODE.splitlines().index('            int("one")')
     said, note = stopped.value.code.splitlines()
     assert f"resting.py, line {line}: ValueError: invalid literal" in said
@@ -173,8 +172,7 @@ def test_a_slip_has_its_line_and_what_was_found_before_it_is_named(own):
 
 
 def test_its_name_makes_the_name_of_a_file(own, capsys):
-    films.write(own / "car.mkv", films.driving(3).frames)
-    run("track", "car.mkv", "--box", "55,48,50,24", "--tracker", "resting:Still")
+    tried(own, "Still", None)
     assert "car-resting_Still.webm" in capsys.readouterr().out
     films.write(own / "a:b.mkv", films.driving(3).frames)
     assert len(VideoFile(own / "a:b.mkv")) == 3
