@@ -52,6 +52,7 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `~mkt.servoing.robot`, `~mkt.servoing.loop`,
                    `~mkt.servoing.planes`
 `mkt.experiments`  `~mkt.experiments.sweep`, `~mkt.experiments.cache`,
+                   `~mkt.experiments.dependencies`,
                    `~mkt.experiments.statistics`, `~mkt.experiments.timing`,
                    `~mkt.experiments.claims`, `~mkt.experiments.claims_as_text`,
                    `~mkt.experiments.leaderboard`; `~mkt.experiments.shipped`,

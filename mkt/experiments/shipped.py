@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from mkt.experiments import cache
+from mkt.experiments import dependencies
 from mkt.experiments.claims import CLAIMS, Measured, Part, judge
 from mkt.experiments.claims_as_text import measured as measured_as_text
 from mkt.experiments.statistics import STATISTICS
@@ -95,12 +95,12 @@ def codes_of(table: Path) -> dict[str, str]:
         return {name: _code_of_tracker(by_name.get(name)) for name in by_name.TRACKERS}
     files = reachable([*STARTS.get(table.stem, ()), *RUNS, *_claimants(table)])
     measuring = (path for path in sorted(files) if FIGURES not in path.parents)
-    return {table.stem: _short("\n".join(map(cache.stripped, measuring)))}
+    return {table.stem: _short("\n".join(map(dependencies.stripped, measuring)))}
 
 
 def _code_of_tracker(tracker: Tracker) -> str:
     """Of its code, its settings, and the scenes."""
-    return _short(repr(tracker) + cache.state([_home(tracker), *RUNS]))
+    return _short(repr(tracker) + dependencies.state([_home(tracker), *RUNS]))
 
 
 def _claimants(table: Path) -> list[Path]:
@@ -123,12 +123,12 @@ def _short(text: str) -> str:
 def reachable(files: Iterable[Path]) -> set[Path]:
     """The files of the library that some files can reach by imports, themselves too.
 
-    Unlike `mkt.experiments.cache.reachable` it leaves out what the registries of
+    Unlike `mkt.experiments.dependencies.reachable` it leaves out what the registries of
     figures and claims find in the papers: if a figure is named, its file is among the
     first ones.  Only a first file that makes such a registry reaches all of them.
     """
     first = list(files)
-    return set(cache.reachable(first, lambda path: _next(path, path in first)))
+    return set(dependencies.reachable(first, lambda path: _next(path, path in first)))
 
 
 def _next(path: Path, first: bool) -> list[Path]:
@@ -138,7 +138,7 @@ def _next(path: Path, first: bool) -> list[Path]:
     """
     if path == BY_NAME:
         return []
-    imported = cache.imported(path)
+    imported = dependencies.imported(path)
     if first or PAPERS in path.parents:
         return imported
     # Nothing below the papers imports from them: it is a registry that looks there.
@@ -317,7 +317,7 @@ def _write(
         "command": COMMANDS[table] if table in COMMANDS else "",
         "date": datetime.date.today().isoformat(),
         "seeds": f"{seeds[0]}:{seeds[-1] + 1}",
-        "versions": cache.versions(),
+        "versions": dependencies.versions(),
         "code": codes_of(table),
     }
     with whole(table) as half:

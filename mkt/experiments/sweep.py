@@ -32,7 +32,7 @@ from tqdm import tqdm
 
 from mkt import evaluation
 from mkt.evaluation import JUDGED, evaluate
-from mkt.experiments import cache
+from mkt.experiments import cache, dependencies
 from mkt.experiments.timing import Clocked, one_thread
 from mkt.files import whole
 from mkt.tracking import Source, Track, Tracker, follow, track
@@ -79,7 +79,7 @@ class Job:
             What identifies the source, where it is known: to look at all files of a
             recorded one takes a while.
         """
-        code = cache.code_of(self.tracker, self.source, evaluation)
+        code = dependencies.code_of(self.tracker, self.source, evaluation)
         if code is None:
             return None
         source = source or cache.identity(self.source)

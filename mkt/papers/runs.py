@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mkt.experiments import cache
+from mkt.experiments import cache, dependencies
 from mkt.figures.registry import listener
 from mkt.servoing import loop
 from mkt.servoing.loop import Experiment, Run, close_loop
@@ -45,7 +45,7 @@ def run(
         columns = {name: getattr(made, name) for name in FIELDS}
         return columns | {f"info {name}": a for name, a in made.info.items()}
 
-    code = cache.code_of(tracker, source)
+    code = dependencies.code_of(tracker, source)
     if code is None:
         columns = make()
     else:
@@ -86,7 +86,7 @@ def loop_run(experiment: Experiment, until_lost: bool = False) -> Run:
     def make() -> dict[str, np.ndarray]:
         return close_loop(experiment, until_lost)._asdict()
 
-    code = cache.code_of(loop, experiment)
+    code = dependencies.code_of(loop, experiment)
     if code is None:
         return Run(**make())
     return Run(**LOOPS.kept(cache.key(experiment, until_lost, code), make))

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from mkt.course import cli
-from mkt.experiments import cache, claims, shipped
+from mkt.experiments import claims, dependencies, shipped
 from mkt.experiments import claims_as_text as listing
 from mkt.experiments.claims import (
     CLAIMS,
@@ -299,13 +299,13 @@ def test_a_table_of_other_code_is_known():
 @pytest.fixture
 def read(monkeypatch):
     """The files that were looked at for a hash, by what the package calls them."""
-    names, stripped = set(), cache.stripped
+    names, stripped = set(), dependencies.stripped
 
     def look(path):
         names.add(path.relative_to(PACKAGE).as_posix())
         return stripped(path)
 
-    monkeypatch.setattr(cache, "stripped", look)
+    monkeypatch.setattr(dependencies, "stripped", look)
     return names
 
 
@@ -330,9 +330,9 @@ def test_a_claim_hangs_on_what_it_measures_and_on_no_drawing(read):
 
 def test_a_tracker_in_a_ranking_hangs_on_its_own_code_and_settings(monkeypatch):
     before = shipped.codes_of(shipped.TRACKED)
-    stripped = cache.stripped
+    stripped = dependencies.stripped
     monkeypatch.setattr(
-        cache,
+        dependencies,
         "stripped",
         lambda path: stripped(path) + " " * (path.name == "guided.py"),
     )

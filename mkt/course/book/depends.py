@@ -17,7 +17,7 @@ from typing import Any
 from nbformat import NotebookNode
 
 from mkt.course.book.checks import code_cells, figure_cells, on_page, tree
-from mkt.experiments import cache
+from mkt.experiments import cache, dependencies
 from mkt.experiments.shipped import PAPERS, reachable
 from mkt.figures import export
 from mkt.figures.registry import FIGURES, Entry
@@ -64,7 +64,7 @@ def _surroundings(files: Iterable[Path]) -> Iterator[Any]:
     """What results of code that begins in some files depend on."""
     reached = reachable(files)
     yield os.environ.get("MKT_DATA")
-    yield cache.versions()
+    yield dependencies.versions()
     yield PACKAGES.read_text("utf-8")
     yield _digests(reached)
     yield [path.read_bytes() for path in beside(reached)]
@@ -89,7 +89,7 @@ def _prints_code(path: Path) -> bool:
 
 @lru_cache(maxsize=512)
 def _digest(path: Path, everything: bool) -> str:
-    text = path.read_text("utf-8") if everything else cache.stripped(path)
+    text = path.read_text("utf-8") if everything else dependencies.stripped(path)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -112,8 +112,8 @@ def named_in(notebook: NotebookNode) -> list[Path]:
 def _imports(notebook: NotebookNode) -> Iterator[Path]:
     """The files that the code of a notebook takes from the library."""
     for cell in code_cells(notebook):
-        for name in cache.names_in(tree(cell)):
-            yield from cache.files_of(name)
+        for name in dependencies.names_in(tree(cell)):
+            yield from dependencies.files_of(name)
 
 
 def _figures(notebook: NotebookNode) -> Iterator[Path]:

@@ -1,0 +1,181 @@
+"""The code that a result depends on: all that it reaches, and nothing else."""
+
+import subprocess
+import sys
+import textwrap
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from mkt import evaluation, plotting
+from mkt.autoregression import AutoRegression
+from mkt.colors import Joined
+from mkt.edges import EdgeBins
+from mkt.experiments import dependencies
+from mkt.files import PACKAGE, ROOT
+from mkt.neighbours import SoftBins
+from mkt.scenes import SCENES
+from mkt.scenes.drawn import Drawn
+from mkt.sequences.carphone import Carphone
+from mkt.trackers.by_name import TRACKERS
+from mkt.trackers.combined import Combined
+from mkt.trackers.particle_filter import ParticleFilter
+from mkt.trackers.scaled import Scaled
+from mkt.trackers.ssd import SSD
+
+
+def names(*things):
+    modules = [sys.modules[type(thing).__module__] for thing in things]
+    reached = dependencies.reachable([Path(module.__file__) for module in modules])
+    return {path.relative_to(PACKAGE).as_posix() for path in reached}
+
+
+def test_a_run_depends_on_its_tracker_and_source_and_on_no_figure():
+    reached = names(Combined(), Drawn("base"))
+    assert {
+        "trackers/ssd.py",
+        "trackers/particle_filter.py",
+        "histograms.py",
+        "scenes/cordoba2014.py",
+        "scenes/layers.py",
+        "scenes/rendering.py",
+        "checks.py",
+    } <= reached
+    outside = {"plotting.py", "trackers/guided.py", "sequences/video.py"}
+    assert not reached & outside
+    assert not any(p.startswith(("figures", "papers", "course")) for p in reached)
+
+
+@pytest.mark.parametrize(
+    "code, reached",
+    [
+        ("import mkt\nmkt.Kernels('one')", PACKAGE / "kernels.py"),
+        ("import mkt as m\nm.Kernels('one')", PACKAGE / "kernels.py"),
+        ("from mkt import Kernels", PACKAGE / "kernels.py"),
+        ("import helper", "helper.py"),
+        ("from helper import ONE", "helper.py"),
+        ("from .helper import ONE", "helper.py"),
+        ("from . import helper", "helper.py"),
+        ("from mine.helper import ONE", "helper.py"),
+    ],
+)
+def test_a_tracker_of_ones_own_depends_on_what_it_uses(code, reached, tmp_path):
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    for name in ("__init__", "helper", "other"):
+        (folder / f"{name}.py").write_text("ONE = 1\n")
+    (folder / "tracker.py").write_text(code)
+    found = dependencies.reachable([folder / "tracker.py"])
+    assert folder / reached in found
+    assert folder / "other.py" not in found and PACKAGE / "plotting.py" not in found
+
+
+REWRITTEN = """
+import importlib, os, sys, time
+import numpy, mkt
+sys.path.insert(0, "."); sys.dont_write_bytecode = True
+import mine
+from mkt.experiments import dependencies
+print(dependencies.code_of(mine.Mine()) is None)
+time.sleep(0.05)  # the time of a file is exact to some milliseconds
+open("helper.py", "w").write("ONE = 2")
+print(dependencies.code_of(mine.Mine()) is None)
+"""
+
+
+def test_results_of_code_that_was_rewritten_meanwhile_are_not_kept(tmp_path):
+    (tmp_path / "helper.py").write_text("ONE = 1")
+    (tmp_path / "mine.py").write_text("import helper\n\nclass Mine:\n    pass\n")
+    arguments = [sys.executable, "-c", REWRITTEN]
+    done = subprocess.run(arguments, cwd=tmp_path, stdout=subprocess.PIPE, check=True)
+    assert done.stdout.split() == [b"False", b"True"]
+
+
+@pytest.mark.slow
+def test_all_that_is_imported_when_a_tracker_runs_is_reached():
+    code = (
+        "import sys, mkt.trackers.adaptive, mkt.scenes.drawn; "
+        "from mkt.scenes import SCENES; SCENES['base']; "
+        "print(*(m.__file__ for n, m in sys.modules.items() "
+        "if n.startswith('mkt.')))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    loaded = set(done.stdout.split())
+    roots = [PACKAGE / "trackers" / "adaptive.py", PACKAGE / "scenes" / "drawn.py"]
+    assert loaded <= set(map(str, dependencies.reachable(roots)))
+
+
+def test_the_hash_feels_code_but_no_comment_docstring_or_layout(tmp_path):
+    def hashed(text):
+        path = tmp_path / "module.py"
+        path.write_text(textwrap.dedent(text))
+        dependencies._hash.cache_clear()
+        dependencies.stripped.cache_clear()
+        dependencies.imported.cache_clear()
+        return dependencies._hash((path,))
+
+    plain = hashed('"""One."""\nx = 1\n')
+    assert hashed('"""Two."""\n\nx  =  1  # one\n') == plain
+    assert hashed('"""One."""\nx = 2\n') != plain
+
+
+@pytest.mark.parametrize("newer", ["python 3.99.0", "numpy 99.0"])
+def test_another_python_or_numpy_makes_another_key(newer, monkeypatch):
+    now, before = dependencies.versions(), dependencies.code_of(SSD())
+    assert before == dependencies.code_of(SSD())
+    name = newer.split()[0]
+    assert sum(line.startswith(f"{name} ") for line in now) == 1
+    later = [newer if line.startswith(f"{name} ") else line for line in now]
+    monkeypatch.setattr(dependencies, "versions", lambda: later)
+    dependencies._hash.cache_clear()
+    assert dependencies.code_of(SSD()) != before
+    dependencies._hash.cache_clear()
+
+
+def test_what_was_written_in_a_notebook_is_not_kept():
+    space = {"__name__": "nowhere", "dataclass": dataclass}
+    exec("@dataclass(frozen=True)\nclass Mine:\n    n: int = 1", space)
+    assert dependencies.code_of(space["Mine"]()) is None
+    assert dependencies.code_of(SSD(), Carphone(), evaluation) is not None
+    assert dependencies.code_of(SSD()) != dependencies.code_of(Combined(), plotting)
+
+
+@pytest.mark.parametrize(
+    "whole, part",
+    [
+        (ParticleFilter(bins=SoftBins()), "neighbours.py"),
+        (
+            ParticleFilter(motion=AutoRegression(*[(0.1, 0.1, 0.1)] * 3)),
+            "autoregression.py",
+        ),
+        (Scaled(SSD(), 0.5), "trackers/ssd.py"),
+        (Scaled(ParticleFilter(bins=Joined((EdgeBins(),), (1.0,))), 0.5), "edges.py"),
+    ],
+)
+def test_a_run_depends_on_the_parts_that_its_tracker_is_made_of(whole, part):
+    assert PACKAGE / part in dependencies.reachable(dependencies.homes(whole))
+
+
+def test_a_tracker_with_a_part_from_a_notebook_is_not_kept():
+    space = {"__name__": "nowhere", "dataclass": dataclass}
+    exec("@dataclass(frozen=True)\nclass Mine:\n    m: int = 1", space)
+    mine = ParticleFilter(bins=space["Mine"]())
+    assert dependencies.code_of(mine) is None
+    assert dependencies.code_of(Scaled(mine, 0.5)) is None
+
+
+@pytest.mark.parametrize("name", TRACKERS)
+def test_runs_of_every_tracker_are_kept(name):
+    assert dependencies.code_of(TRACKERS[name]) is not None
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_runs_on_every_scene_are_kept(name):
+    assert dependencies.code_of(SCENES[name](500)) is not None
