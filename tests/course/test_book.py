@@ -379,7 +379,7 @@ def test_a_key_follows_code_packages_and_data_but_not_text(monkeypatch):
     for place, name, other in [
         (depends, "reachable", lambda files: {PACKAGE / "regions.py"}),
         (depends, "beside", lambda files: [PACKAGE / "regions.py"]),
-        (depends.cache, "versions", lambda: ["numpy 1"]),
+        (depends.dependencies, "versions", lambda: ["numpy 1"]),
     ]:
         with monkeypatch.context() as patch:
             patch.setattr(place, name, other)
