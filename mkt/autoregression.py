@@ -79,8 +79,8 @@ def changes(regions: Regions) -> Array:
 def learnt(tracks: Iterable[Regions], loosen: float = 1.0) -> AutoRegression:
     """The model of some tracks, by least squares: the equation of Yule and Walker.
 
-    phi = sum u_t u_(t-1) / sum u_(t-1)^2 for the changes u, but at most 1, beyond which
-    changes would grow without end; sigma^2 is the mean square of the residuals.
+    phi = sum u_t u_(t-1) / sum u_(t-1)^2 for the changes u, but within -1 and 1, beyond
+    which changes would grow without end; sigma^2 is the mean square of the residuals.
 
     Parameters
     ----------
@@ -89,11 +89,23 @@ def learnt(tracks: Iterable[Regions], loosen: float = 1.0) -> AutoRegression:
     loosen : float
         Factor on sigma.  A filter needs more noise than the true tracks show, because
         its few particles must also correct their own errors.
+
+    Raises
+    ------
+    ValueError
+        For no track, and for one of fewer frames.
     """
+    tracks = list(tracks)
+    if min(map(len, tracks), default=0) < 3:
+        raise ValueError(
+            f"tracks have {[len(track) for track in tracks]} frames; "
+            "give at least one track, each of at least three frames"
+        )
     moves = [(u[:-1], u[1:]) for u in map(changes, tracks)]
     before, after = (_pooled(np.concatenate(side)) for side in zip(*moves, strict=True))
     pairs = list(zip(before, after, strict=True))
-    phi = [min(float(b @ a) / max(float(b @ b), 1e-300), 1.0) for b, a in pairs]
+    ratios = [float(b @ a) / max(float(b @ b), 1e-300) for b, a in pairs]
+    phi = [min(max(ratio, -1.0), 1.0) for ratio in ratios]
     left = [a - f * b for f, (b, a) in zip(phi, pairs, strict=True)]
     sigma = [loosen * deviation for deviation in _deviations(left)]
     return AutoRegression(_three(phi), _three(sigma), _deviations(after))

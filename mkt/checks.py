@@ -49,6 +49,15 @@ def positive(specification: Any, *fields: str) -> None:
             )
 
 
+def not_negative(specification: Any, *fields: str) -> None:
+    """Refuse a field that is negative or not finite."""
+    for field in fields:
+        if not 0 <= getattr(specification, field) < np.inf:
+            raise ValueError(
+                f"{field} is {getattr(specification, field)}; it must be at least 0"
+            )
+
+
 def shares(specification: Any, *fields: str) -> None:
     """Refuse a field that does not lie between 0 and 1."""
     for field in fields:

@@ -10,11 +10,12 @@ Explained in notebook 01.
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
-from typing import Protocol
+from typing import Any, Protocol
 
 import cv2
 import numpy as np
 
+from mkt import checks
 from mkt.checks import LONGEST, checked_frame, one_of
 from mkt.types import Frame, NDArray
 
@@ -49,8 +50,8 @@ class BinImage:
     Raises
     ------
     ValueError
-        For another shape or type, and for a bin number that is too large, which would
-        be counted in memory that belongs to something else.
+        For another shape or type, layers that differ in these, and a bin number that is
+        too large: each would be counted in memory that belongs to something else.
 
     Examples
     --------
@@ -69,6 +70,20 @@ class BinImage:
     def __post_init__(self):
         for labels in self.layers:
             self._check(labels)
+        checks.counts(self, "m")
+        if not (isinstance(self.pitch, int | np.integer) and self.pitch >= 1):
+            raise ValueError(f"pitch is {self.pitch}; it must be whole, at least 1 px")
+        if self.shares is not None and np.shape(self.shares) != (self.m,):
+            raise ValueError(
+                f"shares has the shape {np.shape(self.shares)}; "
+                f"give one number for each of the {self.m} bins"
+            )
+        for first, n in self.compasses:
+            if not 0 <= first < first + n <= self.m:
+                raise ValueError(
+                    f"compasses has ({first}, {n}), but bins are numbered from 0 to "
+                    f"{self.m - 1}; give the first one and how many there are"
+                )
 
     def _check(self, labels: NDArray) -> None:
         if not (
@@ -81,6 +96,11 @@ class BinImage:
             raise ValueError(
                 "labels must be (H, W) bin numbers, uint8 or uint16, "
                 f"from 1 to {LONGEST} px a side; make them from a frame with ColorBins"
+            )
+        if (labels.shape, labels.dtype) != (self.shape, self.labels.dtype):
+            raise ValueError(
+                f"others has an array {labels.shape} {labels.dtype}, but labels are "
+                f"{self.shape} {self.labels.dtype}; all must be alike"
             )
         if not labels.max() < self.m <= np.iinfo(labels.dtype).max:
             raise ValueError(
@@ -115,6 +135,25 @@ class Bins(Protocol):
 def label_type(m: int) -> type:
     """Of the labels of m bins, and of one more number for what lies outside."""
     return np.uint8 if m < 256 else np.uint16
+
+
+def _check_counts(counts: Any, needed: int, who: str) -> None:
+    """Refuse what does not say how many bins each channel has."""
+    whole = isinstance(counts, tuple) and all(
+        isinstance(count, int | np.integer) and 1 <= count <= 64 for count in counts
+    )
+    if not whole or len(counts) != needed:
+        raise ValueError(
+            f"counts is {counts}; {who} a tuple of {needed} whole numbers from 1 to 64"
+        )
+
+
+def _check_m(m: int, counts: tuple[int, ...] | None) -> None:
+    if m > MOST_BINS:
+        raise ValueError(
+            f"counts is {counts}, which makes {m} bins; "
+            f"take fewer, at most {MOST_BINS} in all"
+        )
 
 
 @dataclass(frozen=True)
@@ -158,25 +197,13 @@ class ColorBins:
 
     def __post_init__(self):
         one_of(self, space=SPACES)
-        needed = len(SPACES[self.space])
-        counts = np.atleast_1d(() if self.counts is None else self.counts)
-        wrong = self.counts is not None and (
-            len(counts) != needed or not all(1 <= c <= 64 for c in counts)
-        )
-        if wrong:
-            raise ValueError(
-                f"counts is {self.counts}; {self.space} takes {needed} numbers "
-                "from 1 to 64"
-            )
+        if self.counts is not None:
+            _check_counts(self.counts, len(SPACES[self.space]), f"{self.space} takes")
         if len(self.shift) != 3 or not np.isfinite(self.shift).all():
             raise ValueError(
                 f"shift is {self.shift}; give three finite numbers, in bins"
             )
-        if self.m > MOST_BINS:
-            raise ValueError(
-                f"counts is {self.counts}, which makes {self.m} bins; "
-                f"take fewer, at most {MOST_BINS} in all"
-            )
+        _check_m(self.m, self.counts)
         for field in ("s_min", "v_min"):
             if not 0 <= getattr(self, field) <= 1:
                 raise ValueError(
@@ -263,11 +290,8 @@ class JointHSV:
     counts: tuple[int, int, int] = (8, 8, 4)
 
     def __post_init__(self):
-        if len(self.counts) != 3 or not all(1 <= c <= 64 for c in self.counts):
-            raise ValueError(
-                f"counts is {self.counts}; hue, saturation and value take 3 numbers "
-                "from 1 to 64"
-            )
+        _check_counts(self.counts, 3, "hue, saturation and value take")
+        _check_m(self.m, self.counts)
 
     @cached_property
     def _bins(self) -> ColorBins:
@@ -276,7 +300,7 @@ class JointHSV:
     @property
     def m(self) -> int:
         """Number of bins."""
-        return self._bins.m
+        return prod(self.counts)
 
     def __call__(self, frame: Frame) -> BinImage:
         """The bins of a frame (H, W, 3) uint8 RGB; ValueError for anything else."""

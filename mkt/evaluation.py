@@ -22,7 +22,7 @@ import numpy as np
 import shapely
 
 from mkt.regions import area, corners, from_box, to_box, wrap_angle
-from mkt.tracking import Sequence, Track, Tracker
+from mkt.tracking import Sequence, Track, Tracker, check_tracker, checked_step
 from mkt.types import Array, ArrayLike, NDArray
 
 HIT = 0.2  # printed, Section 4 of [C14]: T_lim, the overlap of a true positive
@@ -81,7 +81,7 @@ def overlap(regions: ArrayLike, truth: ArrayLike, upright: bool = False) -> Arra
     Returns
     -------
     (...) array in [0, 1]
-        NaN where either is not finite.
+        NaN where either is not finite, 0 where neither has an area.
 
     Examples
     --------
@@ -100,8 +100,10 @@ def overlap(regions: ArrayLike, truth: ArrayLike, upright: bool = False) -> Arra
     a, b = (shapely.polygons(corners(r).clip(-FAR, FAR)) for r in (found, true))
     # Without a grid to snap to, nearly collinear sides may be taken for disjoint ones.
     common = shapely.area(shapely.intersection(a, b, grid_size=SNAP))
+    union = np.abs(area(found)) + np.abs(area(true)) - common
+    shared = np.divide(common, union, out=np.zeros_like(common), where=union > 0)
     result = np.full(known.shape, np.nan)
-    result[known] = common / (area(found) + area(true) - common)
+    result[known] = np.minimum(shared, 1)  # of a millionth of a pixel it is rounded
     return result
 
 
@@ -121,10 +123,17 @@ def errors(regions: ArrayLike, truth: ArrayLike) -> Errors:
 
 
 def scored_frames(clip: Sequence) -> NDArray:
-    """Which frames of a clip count, (T,) bool: after frame 0, if the target is seen."""
-    seen = clip.visibility > SEEN
-    seen[0] = False
-    return seen
+    """Which frames of a clip count, (T,) bool: after frame 0, if the target is seen.
+
+    That is where enough of it is visible, and its true region is known.
+    """
+    scored = _seen(clip)
+    scored[0] = False
+    return scored
+
+
+def _seen(clip: Sequence) -> NDArray:
+    return (clip.visibility > SEEN) & np.isfinite(clip.truth).all(-1)
 
 
 def overlaps(regions: ArrayLike, clip: Sequence) -> Array:
@@ -257,25 +266,28 @@ class Restarted(NamedTuple):
 def restarted(tracker: Tracker, clip: Sequence, seed: int = 0) -> Restarted:
     """Run a tracker as VOT does: after a failure it is started again on the truth.
 
-    It has failed where it misses a visible target altogether; it is started five frames
-    later, or as soon after as the target is seen and the tracker takes it.
+    It has failed where it misses a visible target altogether, or gives no region; it is
+    started five frames later, or as soon after as the target is seen and the tracker
+    takes it.
 
     Raises
     ------
     ValueError
-        Where the tracker refuses its first start.
+        Where the tracker refuses its first start, and for what is no tracker.
     """
+    check_tracker(tracker)
     rng = np.random.default_rng(seed)
-    seen = clip.visibility > SEEN
+    seen = _seen(clip)
     run = Restarted(np.full(len(clip), np.nan), [], [])
-    state, ready = None, 0
+    state, running, ready = None, False, 0
     for k, frame in enumerate(clip.frames):
-        if state is not None:
-            state, info = tracker.step(state, frame, rng)
+        if running:
+            state, info = checked_step(tracker, tracker.step(state, frame, rng))
             if seen[k]:
-                run.overlap[k] = overlap(info["region"], clip.truth[k], clip.upright)
+                iou = overlap(info["region"], clip.truth[k], clip.upright)
+                run.overlap[k] = np.nan_to_num(iou)
             if run.overlap[k] == 0:
-                state, ready = None, k + PAUSE
+                running, ready = False, k + PAUSE
                 run.failures.append(k)
         elif k >= ready and seen[k]:
             try:
@@ -284,6 +296,7 @@ def restarted(tracker: Tracker, clip: Sequence, seed: int = 0) -> Restarted:
                 if not run.starts:
                     raise
                 continue
+            running = True
             run.starts.append(k)
     return run
 

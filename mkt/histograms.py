@@ -176,6 +176,7 @@ def mixed_histograms(
     (N, m) float32 array
         Each of sum 1, or all zero.
     """
+    _check(image, kernels)
     regions = as_places(regions)
     weights = np.asarray(shares, np.float32) @ kernels.weights.astype(np.float32)
     result = np.empty((len(regions), image.m), np.float32)
@@ -389,7 +390,14 @@ def log_likelihood(rho: ArrayLike, lam: float = 20.0, combine: str = "sum") -> A
     Returns
     -------
     (...) array
+
+    Raises
+    ------
+    ValueError
+        For another way to combine.
     """
+    if combine not in ("sum", "mean"):
+        raise ValueError(f"combine is {combine!r}; it must be sum or mean")
     d2 = np.maximum(1.0 - np.asarray(rho, float), 0.0)
     return -lam * (d2.sum(-1) if combine == "sum" else d2.mean(-1))
 

@@ -48,7 +48,7 @@ GENERATORS = np.array(
     ]
 )
 HORIZON = 1e-6  # w of a point at the horizon, or behind the viewer
-SERIES, HALVINGS = 8, 4  # of the exponential: its error is below 1e-13 for |A| <= 2
+SERIES, HALVINGS = 8, 4  # of the exponential: its error is below 1e-11 for |A| <= 2
 
 
 def as_places(places: ArrayLike) -> Array:

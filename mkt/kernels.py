@@ -92,9 +92,14 @@ class Kernels:
     def fitted(self, region: ArrayLike) -> "Kernels":
         """The same configuration for an object of the aspect of a region (5,).
 
-        Equal ones share their arrays.
+        Equal ones share their arrays, which cannot be written to.
+
+        Raises
+        ------
+        ValueError
+            For a region without area, or that is not finite.
         """
-        region = np.asarray(region, float)
+        region = checks.checked_region(region)
         aspect = max(round(float(region[HX] / region[HY]), 6), 1e-6)
         return _shared(replace(self, aspect=aspect))
 
@@ -125,26 +130,27 @@ class Kernels:
     def radii(self) -> Array:
         """(2,) half axes of each kernel's support in the object plane; h of (10)."""
         if self.layout in ("ellipse", "axes"):
-            return self.half_sides
+            return _locked(self.half_sides)
         if self.layout == "tiles":
-            return self.span * self.half_sides / 3
+            return _locked(self.span * self.half_sides / 3)
         # k kernels a side, neighbours half a radius apart, the outer ones touching the
         # border: h = 2 W / (k + 3).
         shorter = np.full(2, 2 * self.half_sides.min())
         sides = 2 * self.half_sides if self.elliptic else shorter
-        return self.span * sides * 2 / (GRIDS.get(self.layout, 3) + 3)
+        return _locked(self.span * sides * 2 / (GRIDS.get(self.layout, 3) + 3))
 
     @cached_property
     def centres(self) -> Array:
         """(J, 2) kernel centres c_j in the object plane, row by row."""
         if self.layout == "axes":
-            return np.zeros((2, 2))
+            return _locked(np.zeros((2, 2)))
         on_tiles = self.layout in ("tiles", "cut")
         k = 3 if on_tiles else GRIDS.get(self.layout, 1)
         inside = np.maximum(self.half_sides - self.radii, 0)
         reach = self.half_sides * 2 / 3 if on_tiles else inside
         along = np.linspace(-1, 1, k) if k > 1 else np.zeros(1)
-        return reach * np.stack(np.meshgrid(along, along), -1).reshape(-1, 2)
+        places = np.stack(np.meshgrid(along, along), -1).reshape(-1, 2)
+        return _locked(reach * places)
 
     @cached_property
     def _grid(self) -> tuple[Array, Array, Array]:
@@ -164,7 +170,7 @@ class Kernels:
         order = _interleaved(weights)
         sums = weights.sum(1)
         normalised = np.ascontiguousarray(weights[:, order] / sums[:, None])
-        return points[order], normalised, sums
+        return _locked(points[order]), _locked(normalised), _locked(sums)
 
     def weigh(self, plane: Array) -> Array:
         """k(r^2) of every kernel, not normalised.
@@ -207,7 +213,8 @@ class Kernels:
     @cached_property
     def homogeneous(self) -> NDArray:
         """(3, n) float32: x, y and 1 of the points, for a product with affine maps."""
-        return np.vstack([self.points.T, np.ones(len(self.points))]).astype(np.float32)
+        rows = np.vstack([self.points.T, np.ones(len(self.points))])
+        return _locked(rows.astype(np.float32))
 
     @property
     def weights(self) -> Array:
@@ -249,20 +256,27 @@ class Kernels:
         raw = self.weigh(plane)
         slope = -2 * (plane - self.centres[:, None]) / self.radii**2
         slope *= (raw > 0)[..., None]
-        return np.moveaxis(slope, -1, 0) / raw.sum(1)[:, None]
+        return _locked(np.moveaxis(slope, -1, 0) / raw.sum(1)[:, None])
 
     @cached_property
     def parts(self) -> NDArray | None:
         """(n,) the kernel of each sample, where they partition it with one weight."""
         seen = self.weights > 0
         constant = np.allclose(self.weights, seen / seen.sum(1, keepdims=True))
-        return seen.argmax(0) if constant and (seen.sum(0) == 1).all() else None
+        alone = constant and (seen.sum(0) == 1).all()
+        return _locked(seen.argmax(0)) if alone else None
 
 
 @lru_cache(maxsize=64)
 def _shared(kernels: Kernels) -> Kernels:
     """Of all equal configurations, the one whose arrays are computed already."""
     return kernels
+
+
+def _locked(array: NDArray) -> NDArray:
+    """An array that nobody may write to, for equal kernels share it."""
+    array.setflags(write=False)
+    return array
 
 
 def _pixel_grid(samples: int, aspect: float) -> Array:

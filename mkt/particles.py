@@ -160,7 +160,9 @@ class EllipseMotion:
 
 
 def normalised(log_weights: ArrayLike) -> Array:
-    """Weights of sum 1 from their logarithms; equal ones when none is finite.
+    """Weights of sum 1 from their logarithms.
+
+    They are equal where the largest is not finite, from which no ratio follows.
 
     Working in the log domain keeps the ratios of weights that are all too small to be
     written down.

@@ -62,8 +62,8 @@ class Registry(Mapping):
 
     def __getitem__(self, name: str) -> Any:
         self._discover()
-        if name not in self._entries:
-            raise UnknownName(self.kind, name, list(self))
+        if not isinstance(name, str) or name not in self._entries:
+            raise UnknownName(self.kind, str(name), list(self))
         return self._entries[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -14,6 +14,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from mkt.checks import checked_frame
 from mkt.colors import ColorBins
 from mkt.kernels import Kernels
 from mkt.regions import warp_matrices
@@ -66,12 +67,24 @@ class Silhouette(Kernels):
 
 
 def as_bytes(mask: ArrayLike) -> bytes:
-    """A mask (SIDE, SIDE) in [0, 1] as a `Silhouette` keeps it."""
-    return np.rint(255 * np.asarray(mask, float)).astype(np.uint8).tobytes()
+    """A mask (SIDE, SIDE) in [0, 1] as a `Silhouette` keeps it.
+
+    Raises
+    ------
+    ValueError
+        For any other shape or number.
+    """
+    mask = np.asarray(mask, float)
+    if mask.shape != (SIDE, SIDE) or not ((mask >= 0) & (mask <= 1)).all():
+        raise ValueError(
+            f"mask has the shape {mask.shape}, or numbers beyond 0 and 1; "
+            f"give {SIDE} x {SIDE} numbers from 0 to 1"
+        )
+    return np.rint(255 * mask).astype(np.uint8).tobytes()
 
 
 def masked(kernels: Kernels, mask: ArrayLike) -> Silhouette:
-    """Kernels times a mask (SIDE, SIDE) in [0, 1]."""
+    """Kernels times a mask (SIDE, SIDE) in [0, 1]; ValueError for any other."""
     fields: dict[str, Any] = asdict(kernels)
     fields["mask"] = as_bytes(mask)
     return Silhouette(**fields)
@@ -80,8 +93,10 @@ def masked(kernels: Kernels, mask: ArrayLike) -> Silhouette:
 def patch(frame: Frame, region: ArrayLike, around: float = AROUND) -> Frame:
     """The square round a region, upright and SIDE `around` pixels wide: (n, n, 3).
 
-    Beyond the image the pixels of its border are repeated.
+    Beyond the image the pixels of its border are repeated.  ValueError for an array
+    that is not a frame.
     """
+    frame = checked_frame(frame)
     n = round(SIDE * around)
     to_canonical = np.array([[2 / SIDE, 0, 0], [0, 2 / SIDE, 0], [0, 0, 1.0]])
     to_canonical[:2, 2] = (1 - n) / SIDE
@@ -137,7 +152,7 @@ def by_colour(frame: Frame, region: ArrayLike) -> NDArray:
     beside = np.bincount(labels.ravel(), minlength=bins.m) - within
     p, around = within / within.sum(), beside / beside.sum()
     ratio = p / np.maximum(p + around, 1e-12)
-    return cv2.blur(ratio[inside], (3, 3))
+    return np.clip(cv2.blur(ratio[inside], (3, 3)), 0, 1)  # which it is but rounded
 
 
 def _edge(n: int) -> int:

@@ -14,6 +14,7 @@ import reprlib
 from collections.abc import Callable, Iterator
 from collections.abc import Sequence as Series
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -174,7 +175,7 @@ def follow(
         When there is no frame, or no region to start on; for a negative seed; and
         whatever the tracker refuses.
     """
-    _check_tracker(tracker)
+    check_tracker(tracker)
     of_kind(clip, Sequence, "clip", "give a Sequence, such as mkt.video(path, box)")
     if not len(clip):
         raise ValueError(f"{clip.name} has no frames, so there is nothing to follow")
@@ -192,13 +193,14 @@ def follow(
         progress(1, len(clip))
     yield {"region": first.copy(), "score": 1.0, "lost": False}
     for done, frame in enumerate(frames, 2):
-        state, info = _checked_step(tracker, tracker.step(state, frame, rng))
+        state, info = checked_step(tracker, tracker.step(state, frame, rng))
         if progress:
             progress(done, len(clip))
         yield info
 
 
-def _check_tracker(tracker: Tracker) -> None:
+def check_tracker(tracker: Tracker) -> None:
+    """Refuse what is no tracker, with a ValueError."""
     wanted = hasattr(tracker, "init") and hasattr(tracker, "step")
     if isinstance(tracker, type) or not wanted:
         raise ValueError(
@@ -207,7 +209,7 @@ def _check_tracker(tracker: Tracker) -> None:
         )
 
 
-def _checked_step(tracker: Tracker, said: Any) -> tuple[Any, Info]:
+def checked_step(tracker: Tracker, said: Any) -> tuple[Any, Info]:
     """What a step returned; ValueError where that is no state with an info."""
     name = f"{type(tracker).__name__}.step"
     pair = isinstance(said, tuple) and len(said) == 2 and isinstance(said[1], dict)
@@ -234,7 +236,7 @@ def track(
     clip: Sequence,
     seed: int = 0,
     start: ArrayLike | None = None,
-    keep: Series[str] = (),
+    keep: str | Series[str] = (),
     progress: Progress | None = None,
 ) -> Track:
     """All that `follow` yields, as a `Track` of the sequence's length.
@@ -243,30 +245,36 @@ def track(
     ----------
     tracker, clip, seed, start, progress
         As for `follow`, which also says what is refused.
-    keep : sequence of str
+    keep : str, or sequence of str
         Which of the large entries of the infos to keep: "particles", "weights",
         "model".
+
+    Raises
+    ------
+    ValueError
+        For another name to keep, and as `follow` does.
     """
-    infos = list(_kept(follow(tracker, clip, seed, start, progress), keep))
-    names = infos[-1]
-    columns = {name: _column(name, infos) for name in names}
+    kept = {keep} if isinstance(keep, str) else set(keep)
+    if unknown := sorted(kept - set(LARGE)):
+        raise ValueError(f"keep has {unknown[0]!r}; it takes {', '.join(LARGE)}")
+    left_out = set(LARGE) - kept
+    infos = [
+        {name: value for name, value in info.items() if name not in left_out}
+        for info in follow(tracker, clip, seed, start, progress)
+    ]
+    columns = {name: _column(name, infos) for name in dict.fromkeys(chain(*infos))}
     regions, score = columns.pop("region"), columns.pop("score")
     return Track(regions, score, columns.pop("lost"), columns)
 
 
-def _kept(infos: Iterator[Info], keep: Series[str]) -> Iterator[Info]:
-    for info in infos:
-        left_out = set(LARGE) - set(keep)
-        yield {name: value for name, value in info.items() if name not in left_out}
-
-
 def _column(name: str, infos: list[Info]) -> NDArray:
-    """One entry of all infos; frame 0 is filled up where its info has none."""
-    values = [info[name] for info in infos if name in info]
-    column = np.array(values)
-    missing = len(infos) - len(values)
-    if not missing:
-        return column
-    words = column.dtype.kind == "U"
-    filled = np.full(column.shape[1:], "" if words else np.nan)
-    return np.concatenate([[filled] * missing, column])
+    """One entry of all infos; NaN, or no word, in frames whose info has none."""
+    given = [name in info for info in infos]
+    values = np.array([info[name] for info in infos if name in info])
+    if all(given):
+        return values
+    words = values.dtype.kind == "U"
+    kind = values.dtype if words else np.result_type(values, float)
+    column = np.full((len(infos), *values.shape[1:]), "" if words else np.nan, kind)
+    column[given] = values
+    return column

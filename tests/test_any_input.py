@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mkt.checks import LONGEST
-from mkt.colors import BinImage, ColorBins
+from mkt.colors import BinImage, ColorBins, JointHSV
 from mkt.histograms import coefficient, histograms
 from mkt.kernels import LAYOUTS, PROFILES, Kernels
 from mkt.particles import SCHEMES, Motion
@@ -367,13 +367,24 @@ def test_bins_at_the_limits_are_numbered_within_them(space, counts):
         (lambda: ParticleFilter(combine="product"), "combine"),
         (lambda: ParticleFilter(lam=np.nan), "lam"),
         (lambda: SSD(iterations=0), "iterations"),
+        (lambda: ColorBins(counts=(10.5, 10, 10)), "counts"),
+        (lambda: ColorBins(counts=[10, 10, 10]), "counts"),
+        (lambda: JointHSV((64, 64, 64)), "counts"),
+        (lambda: JointHSV(8), "counts"),
         (lambda: SSD(spans=()), "spans"),
+        (lambda: SSD(spans=(0,)), "spans"),
+        (lambda: SSD(spans=1.0), "spans"),
         (lambda: SSD(sizes=(0, 1)), "sizes"),
         (lambda: Guided(n=-3), "n"),
         (lambda: Guided(steps=0), "steps"),
+        (lambda: Guided(starts=-1), "starts"),
+        (lambda: Guided(motion=Motion(position=0.0)), "position"),
         (lambda: Adaptive(n=0), "n"),
         (lambda: Adaptive(sigma=0), "sigma"),
+        (lambda: Adaptive(patience=0), "patience"),
         (lambda: HybridResampling(n=0), "n"),
+        (lambda: HybridResampling(spread=-1.0), "spread"),
+        (lambda: HybridResampling(growth=np.inf), "growth"),
         (lambda: MeanShift(bins=0), "bins"),
         (lambda: CamShift(bins=0.5), "bins"),
     ],

@@ -60,6 +60,15 @@ def test_changes_never_grow_without_end():
     track = np.column_stack([x, x, 0 * x, 0 * x + 10, 0 * x + 10])
     model = learnt([track])
     assert model.phi[0] == 1 and max(model.phi) <= 1
+    swung = np.cumsum((-2.0) ** np.arange(10))
+    back = np.column_stack([swung, swung, 0 * swung, 0 * swung + 10, 0 * swung + 10])
+    assert learnt([back]).phi[0] == -1
+
+
+@pytest.mark.parametrize("tracks", [[], [np.ones((2, 5))]])
+def test_too_little_to_learn_from_is_said(tracks):
+    with pytest.raises(ValueError, match="at least one track, each of at least three"):
+        learnt(tracks)
 
 
 def test_loosening_is_a_factor_on_the_noise_alone():

@@ -87,6 +87,30 @@ def test_numbers_beyond_the_bins_are_refused():
 
 
 @pytest.mark.parametrize(
+    "more, said",
+    [
+        ({"others": (np.zeros((3, 4), np.uint16),)}, "others .* uint16, .* alike"),
+        ({"others": (np.zeros((3, 3), np.uint8),)}, r"others .*\(3, 3\).* alike"),
+        ({"shares": np.ones(3, np.float32)}, "shares .* each of the 5 bins"),
+        ({"compasses": ((3, 10),)}, r"compasses has \(3, 10\), .* 0 to 4"),
+        ({"compasses": ((-1, 2),)}, r"compasses has \(-1, 2\)"),
+        ({"pitch": 0}, "pitch is 0"),
+        ({"pitch": 1.5}, "pitch is 1.5"),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_layers_that_differ_and_what_does_not_fit_the_bins_is_refused(more, said):
+    """Half of what cv2.remap would count in them lies in foreign memory."""
+    with pytest.raises(ValueError, match=said):
+        BinImage(np.zeros((3, 4), np.uint8), 5, **more)
+
+
+def test_the_number_of_bins_is_whole():
+    with pytest.raises(ValueError, match="m is 5.0; it must be a whole number"):
+        BinImage(np.zeros((3, 4), np.uint8), 5.0)
+
+
+@pytest.mark.parametrize(
     "labels",
     [
         np.zeros((4, 4, 3), np.uint8),

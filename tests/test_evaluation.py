@@ -332,6 +332,46 @@ def test_where_no_frame_is_scored_no_number_is_known():
     assert tuple(judged) == JUDGED and judged["overlap"] == 1
 
 
+class Silent(Drifting):
+    """Has no state, and gives no region."""
+
+    def init(self, frame, region, rng):
+        return None
+
+    def step(self, state, frame, rng):
+        return None, {"region": np.full(5, np.nan), "score": 0.0, "lost": True}
+
+
+def test_who_gives_no_region_fails_and_a_state_may_be_none():
+    still = seen(from_box(np.tile([100.0, 100, 20, 20], (20, 1))))
+    run = restarted(Silent((0, 0)), still)
+    assert run.starts == [0, 6, 12, 18] and run.failures == [1, 7, 13, 19]
+    assert robustness(run) < 1
+
+
+def test_restarts_refuse_what_is_no_tracker_as_tracks_do():
+    still = seen(from_box(np.tile([100.0, 100, 20, 20], (20, 1))))
+    with pytest.raises(ValueError, match="is no tracker"):
+        restarted(Drifting, still)
+
+
+def test_a_frame_whose_true_region_is_not_known_is_not_scored():
+    truth = from_box(np.tile([100.0, 100, 20, 20], (9, 1)))
+    gap = truth.copy()
+    gap[5] = np.nan
+    clip = Sequence("made up", range(9), gap, np.ones(9))
+    numbers = evaluate(tracked(truth), clip)
+    assert numbers["hits"] == 1 and numbers["position"] == 0
+    assert np.isnan(restarted(Drifting((0, 0)), clip).overlap[5])
+
+
+def test_what_has_no_area_overlaps_nothing_and_nothing_overlaps_more_than_all():
+    point, tiny = [5, 5, 0, 0, 0], [5, 5, 0.3, 1e-6, 1e-6]
+    assert overlap(point, point) == 0 and overlap(point, [5, 5, 0, 2, 2]) == 0
+    assert 0.9 < overlap(tiny, tiny) <= 1
+    assert 0 <= overlap([50, 50, 0, -10, 10], [50, 50, 0, 10, 10]) <= 1
+
+
 class Choosy(Drifting):
     """Takes no target to the left of x = 50."""
 

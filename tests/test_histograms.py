@@ -153,6 +153,16 @@ def test_many_regions_equal_one_at_a_time(layout, profile):
     assert np.allclose(together, apart, atol=1e-6)
 
 
+def test_a_frame_is_no_image_of_bins_for_mixed_histograms_either():
+    with pytest.raises(ValueError, match="image is of the type ndarray; give bins"):
+        mixed_histograms(np.zeros((4, 4, 3), np.uint8), Kernels("axes"), [], [])
+
+
+def test_another_way_to_combine_is_refused():
+    with pytest.raises(ValueError, match="combine is 'max'; it must be sum or mean"):
+        log_likelihood([0.5, 0.6], combine="max")
+
+
 def test_mixed_histograms_are_those_of_the_mixed_weights():
     image, many = noise_and_regions()
     kernels = Kernels("axes", aspect=1.0)

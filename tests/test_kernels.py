@@ -1,6 +1,7 @@
 """Layouts and profiles: what the weights must satisfy whatever the configuration."""
 
 import itertools
+import operator
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mkt.kernels import LAYOUTS, PROFILES, Kernels
+from mkt.trackers.ssd import template
 
 configurations = st.builds(
     lambda layout, span, **fields: Kernels(
@@ -198,3 +200,19 @@ def test_the_slope_of_a_kernel_is_its_derivative():
         numeric = (ahead - behind) / (2 * step) / kernels.sums[:, None]
         inside = kernels._squared_radii(plane) < 0.99
         assert np.allclose(kernels.slopes[axis][inside], numeric[inside], atol=1e-6)
+
+
+def test_nobody_can_write_to_what_equal_kernels_share():
+    names = "points", "weights", "sums", "homogeneous", "slopes", "radii", "centres"
+    nine = Kernels("3x3").fitted([50, 40, 0, 20, 10])
+    tiles = Kernels("tiles", "uniform").fitted([50, 40, 0, 20, 10])
+    shared = [*operator.attrgetter(*names)(nine), tiles.parts]
+    for array in (*shared, *template(nine)):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+
+
+@pytest.mark.parametrize("sides", [(20, 0), (-5, -1), (np.nan, 1)])
+def test_kernels_are_fitted_to_what_has_an_area(sides):
+    with pytest.raises(ValueError, match="has no area|is not finite"):
+        Kernels().fitted([50, 40, 0, *sides])

@@ -47,6 +47,8 @@ def test_a_name_cannot_be_taken_twice():
         ("fig44", "no thing 'fig44', perhaps t.fig4.*; there are t.fig4, t.bear"),
         ("bear", "no thing 'bear', perhaps t.bear?; there are t.fig4, t.bear"),
         ("xyz", "no thing 'xyz'; there are t.fig4, t.bear"),
+        (3, "no thing '3'; there are t.fig4, t.bear"),
+        (["bear"], "no thing .*; there are t.fig4, t.bear"),
     ],
 )
 def test_an_unknown_name_is_told_with_similar_ones_and_all_of_them(name, says):

@@ -17,6 +17,7 @@ from mkt.silhouettes import (
     as_bytes,
     by_colour,
     grabbed,
+    masked,
     patch,
 )
 from mkt.trackers.ssd import SSD
@@ -118,3 +119,7 @@ def test_a_silhouette_has_no_slope():
 def test_a_mask_of_another_size_is_refused():
     with pytest.raises(ValueError, match="mask has 3 bytes"):
         Silhouette(mask=b"abc")
+    square = SIDE, SIDE
+    for wrong in (np.ones((3, 3)), np.full(square, 255), np.full(square, np.nan)):
+        with pytest.raises(ValueError, match="give 48 x 48 numbers from 0 to 1"):
+            masked(Kernels("3x3"), wrong)

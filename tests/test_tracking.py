@@ -52,6 +52,32 @@ def columns(result):
     )
 
 
+class Now(Walking):
+    """Says its steps in every second frame alone, and a word in the third."""
+
+    def step(self, state, frame, rng):
+        state, info = super().step(state, frame, rng)
+        k = round(float(state[3]))
+        info |= {"steps": k} if k % 2 else {}
+        info |= {"word": "three"} if k == 3 else {}
+        return state + [0, 0, 0, 1, 0], info
+
+
+def test_what_some_infos_lack_is_missing_in_their_frames():
+    told = track(Now(), clip(8), start=[*START[:3], 1, START[4]]).info
+    np.testing.assert_array_equal(
+        told["steps"], [np.nan, 1, np.nan, 3, np.nan, 5, np.nan, 7]
+    )
+    assert told["word"].tolist() == ["", "", "", "three", "", "", "", ""]
+
+
+def test_one_large_entry_is_kept_by_its_name_and_no_unknown_one():
+    kept = track(Walking(), clip(), keep="particles").info
+    assert "particles" in kept and "weights" not in kept
+    with pytest.raises(ValueError, match="keep has 'particle'; it takes particles, w"):
+        track(Walking(), clip(), keep=["particle"])
+
+
 @pytest.mark.parametrize("keep", [(), LARGE])
 def test_all_columns_have_the_length_of_the_sequence(keep):
     result = track(Walking(), clip(), keep=keep)

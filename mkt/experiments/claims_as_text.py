@@ -1,6 +1,7 @@
 """Judged claims as text for a terminal."""
 
 import textwrap
+from collections.abc import Sequence
 
 from tabulate import tabulate
 
@@ -14,10 +15,16 @@ def as_text(results: list[Result]) -> str:
     seeds = results[0].seeds
     head = (
         f"The papers' claims over {len(seeds)} scenes of each kind "
-        f"(seeds {seeds[0]}:{seeds[-1] + 1}): value [95 % interval]"
+        f"(seeds {_seeds(seeds)}): value [95 % interval]"
     )
     rule = "\n".join(textwrap.wrap(RULE, WIDTH))
     return "\n\n".join([head, *map(_block, results), rule])
+
+
+def _seeds(seeds: Sequence[int]) -> str:
+    first, after = min(seeds), max(seeds) + 1
+    together = [*seeds] == [*range(first, after)]
+    return f"{first}:{after}" if together else ", ".join(map(str, seeds))
 
 
 def _block(result: Result) -> str:

@@ -4,7 +4,8 @@ Four kinds of number, each with its interval and its test; the values are one fo
 run, and runs are independent of each other:
 
 * `MEDIAN` of any values: the interval ends at two of the sorted values, which covers
-  the median whatever the distribution is; the sign test.
+  the median whatever the distribution is; the sign test, in which a value that equals
+  the bound speaks against what is claimed.
 * `MEAN` of any values: Student's t.
 * `SHARE` of the runs in which something is so, values 0 and 1: Clopper and Pearson's
   interval; the binomial test.
@@ -71,9 +72,14 @@ def _median_ends(values: Array, level: float) -> tuple[float, float]:
 
 
 def _sign_test(values: Array, bound: float, side: str) -> float:
-    """Values that equal the bound count for neither side."""
-    above, below = int(np.sum(values > bound)), int(np.sum(values < bound))
-    return _binomial(above, above + below, 0.5, side)
+    """Values that equal the bound are not beyond it, as for the interval's ends."""
+    beyond = values > bound if side == "greater" else values < bound
+    return _binomial(int(np.sum(beyond)), len(values), 0.5, "greater")
+
+
+def _mcnemar_test(values: Array, bound: float, side: str) -> float:
+    """Of the runs in which both are alike nothing is learnt: they are left out."""
+    return _sign_test(values[values != bound], bound, side)
 
 
 def _mean_ends(values: Array, level: float) -> tuple[float, float]:
@@ -111,7 +117,7 @@ def _pairs_ends(values: Array, level: float) -> tuple[float, float]:
     gain = (more - fewer) / n
     error = np.sqrt(more + fewer - n * gain**2) / n
     reach = scipy.stats.norm.ppf((1 + level) / 2) * error
-    return float(gain - reach), float(gain + reach)
+    return max(float(gain - reach), -1.0), min(float(gain + reach), 1.0)
 
 
 def _binomial(k: int, n: int, p: float, side: str) -> float:
@@ -128,7 +134,7 @@ MEDIAN = Statistic(
 )
 MEAN = Statistic("mean", _mean, _mean_ends, _t_test)
 SHARE = Statistic("share", _mean, _share_ends, _share_test)
-PAIRS = Statistic("difference of shares", _mean, _pairs_ends, _sign_test)
+PAIRS = Statistic("difference of shares", _mean, _pairs_ends, _mcnemar_test)
 STATISTICS = {one.name: one for one in (MEDIAN, MEAN, SHARE, PAIRS)}
 
 
@@ -147,16 +153,18 @@ def interval(
     Returns
     -------
     value, low, high : float
-        All are NaN where a value is NaN.
+        All are NaN where there is no value, or one that is not finite.
     """
     values = np.asarray(values, float)
-    if not np.isfinite(values).all():
+    if not (len(values) and np.isfinite(values).all()):
         return np.nan, np.nan, np.nan
     return statistic.value(values), *statistic.ends(values, level)
 
 
 def p_value(values: ArrayLike, statistic: Statistic, bound: float, side: str) -> float:
-    """P-value of the one-sided test that a number lies beyond a bound; 1 for NaN.
+    """P-value of the one-sided test that a number lies beyond a bound.
+
+    It is 1 where there is no value, or one that is not finite.
 
     Parameters
     ----------
@@ -167,7 +175,7 @@ def p_value(values: ArrayLike, statistic: Statistic, bound: float, side: str) ->
     side : {"greater", "less"}
     """
     values = np.asarray(values, float)
-    if not np.isfinite(values).all():
+    if not (len(values) and np.isfinite(values).all()):
         return 1.0
     return statistic.test(values, bound, side)
 

@@ -92,7 +92,7 @@ def jobs(
     seeds: Iterable[int] = (0,),
 ) -> list[Job]:
     """Every tracker on every source with every seed."""
-    every = list(seeds)
+    every = list(map(int, seeds))  # numpy's own cannot be kept as text
     return [
         Job(label, tracker, source, seed)
         for source in sources
@@ -159,7 +159,7 @@ def _identities(jobs: list[Job]) -> list[str]:
 
 
 def sweep(
-    jobs: Iterable[Job], processes: int = -1, parameters: Iterable[str] = ()
+    jobs: Iterable[Job], processes: int = -1, parameters: str | Iterable[str] = ()
 ) -> pd.DataFrame:
     """Do all jobs that are not yet known, in parallel, with a progress bar.
 
@@ -168,7 +168,7 @@ def sweep(
     jobs : iterable of Job
     processes : int
         At once; -1 for as many as there are cores.
-    parameters : iterable of str
+    parameters : str, or iterable of str
         Fields of the trackers that are to be columns too, "n" or "filter.n"; NaN where
         a tracker has none of that name.
 
@@ -196,7 +196,8 @@ def sweep(
                 rows[k] = row
                 _keep(jobs[k], sources[k], row)
             bar.update(len(fresh))
-    columns = {name: [_parameter(job, name) for job in jobs] for name in parameters}
+    names = [parameters] if isinstance(parameters, str) else parameters
+    columns = {name: [_parameter(job, name) for job in jobs] for name in names}
     return pd.DataFrame(rows).assign(**columns)
 
 

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from mkt import checks
-from mkt.scenes.paths import STILL, Path, joined
+from mkt.scenes.paths import STILL, Path, check_points, joined
 from mkt.scenes.textures import resized, texture
 from mkt.types import Array, Frame, NDArray
 
@@ -72,6 +72,9 @@ class Layer:
     def __post_init__(self):
         checks.positive(self, "width")
         checks.counts(self, "shuffle")
+        check_points(self, path=5, turn=2, tilt=3)
+        if not all(0 <= share <= 1 for _, share in self.turn):
+            raise ValueError(f"turn is {self.turn}; a share lies between 0 and 1")
 
 
 def looks(layer: Layer, times: Array) -> Iterator[NDArray]:

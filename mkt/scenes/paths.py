@@ -4,8 +4,10 @@ A way-point is (frame, x [px], y [px], theta [rad], scale); a path is a tuple of
 so that a scene can be hashed.
 """
 
+import reprlib
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -20,6 +22,33 @@ WIDTH = 80.0  # of its object [px]
 MIDDLE = np.array([160.0, 120.0])  # of the image [px]
 EDGES = 60.0, 50.0  # [px] how near to the border an object's centre may come
 BEAT = 15.0  # frames from one way-point of a walk or of a camera to the next
+
+
+def check_points(specification: Any, **numbers: int) -> None:
+    """Refuse a field that is no tuple of points, each a tuple of so many numbers.
+
+    Parameters
+    ----------
+    specification : object
+        The dataclass whose fields are looked at.
+    **numbers : int
+        Field name -> how many numbers a point has, the frame included.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
+    """
+    for field, n in numbers.items():
+        points = getattr(specification, field)
+        given = isinstance(points, tuple) and bool(points)
+        if not given or not all(
+            isinstance(point, tuple) and len(point) == n for point in points
+        ):
+            raise ValueError(
+                f"{field} is {reprlib.repr(points)}; give a tuple of at least one "
+                f"point, each a tuple of {n} numbers, the first of which is the frame"
+            )
 
 
 @lru_cache(maxsize=256)

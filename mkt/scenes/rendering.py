@@ -25,7 +25,7 @@ from scipy.spatial.transform import Rotation
 from mkt import checks
 from mkt.homographies import corners, of_regions
 from mkt.scenes.layers import FLAT, Layer, looks
-from mkt.scenes.paths import STILL, Path, joined, spline
+from mkt.scenes.paths import STILL, Path, check_points, joined, spline
 from mkt.scenes.textures import resized, texture
 from mkt.tracking import Sequence
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions
@@ -90,11 +90,18 @@ class Scene:
         checks.counts(self, "length")
         checks.shares(self, "shutter")
         checks.positive(self, "zoom", "focal")
-        for field, least in (("noise", 0), ("seed", 0), ("size", 1)):
-            if not np.min(getattr(self, field)) >= least:  # nor NaN
-                raise ValueError(
-                    f"{field} is {getattr(self, field)}; it must be at least {least}"
-                )
+        checks.not_negative(self, "noise")
+        check_points(self, camera=5, light=4)
+        whole = int | np.integer
+        if not (isinstance(self.seed, whole) and self.seed >= 0):
+            raise ValueError(
+                f"seed is {self.seed!r}; it must be a whole number, at least 0"
+            )
+        sides = self.size if isinstance(self.size, tuple) else ()
+        if len(sides) != 2 or not all(isinstance(n, whole) and n >= 1 for n in sides):
+            raise ValueError(
+                f"size is {self.size}; it must be two whole numbers, each at least 1"
+            )
 
     def sequence(self, name: str = "synthetic scene") -> Sequence:
         """The scene as a `Sequence`, with its exact truth."""

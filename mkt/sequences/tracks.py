@@ -6,6 +6,7 @@ to: what a tracker for OTB writes is counted from 1 as OTB's truth is, and so on
 """
 
 import csv
+import os
 from pathlib import Path
 from typing import Any
 
@@ -51,13 +52,13 @@ def mot_row(k: int, info: Info) -> list[Any]:
     return [k + ONE, ONE, *numbers, f"{info['score']:.4g}", -1, -1, -1]
 
 
-def write(track: Track, path: Path, first: int = 0) -> None:
+def write(track: Track, path: str | os.PathLike, first: int = 0) -> None:
     """Write a track as a table (.csv), or as MOT's rows (.txt).
 
     Parameters
     ----------
     track : Track
-    path : Path
+    path : path
     first : int
         The track's first frame in the whole sequence of MOT, counted from 0.  MOT's
         rows count frames in the whole sequence; they leave out frames in which the
@@ -68,6 +69,7 @@ def write(track: Track, path: Path, first: int = 0) -> None:
     OSError
         Where the file cannot be written.
     """
+    path = Path(path)
     infos = [
         {"region": region, "score": score, "lost": lost}
         for region, score, lost in zip(*track[:3], strict=True)

@@ -82,11 +82,15 @@ def video_writer(
     Raises
     ------
     OSError
-        When the file cannot be written, or the pictures are too large for its format.
+        When the file cannot be written, its ending is another one, or the pictures are
+        too large for its format.
     """
     path = Path(path).absolute()  # FFmpeg takes what is before a colon for a protocol
+    ending = path.suffix.lower()
+    if ending not in CODECS:
+        raise OSError(f"{path}: cannot be written; choose one of {', '.join(CODECS)}")
     _refuse_large(path, size)
-    codec = cv2.VideoWriter.fourcc(*CODECS[path.suffix.lower()])
+    codec = cv2.VideoWriter.fourcc(*CODECS[ending])
     with quiet(), _in_pieces(path) as name:
         writer = cv2.VideoWriter(str(name), cv2.CAP_FFMPEG, codec, fps, size)
     if not writer.isOpened():

@@ -93,8 +93,9 @@ def features(regions: ArrayLike, camera: Camera, angle: str = "theta") -> Array:
     Raises
     ------
     ValueError
-        For a region without area.
+        For a region without area, and another angle.
     """
+    _check_angle(angle)
     seen = camera.normalised(regions)
     a = area(seen)
     if not (a > 0).all():
@@ -129,7 +130,13 @@ def error(s: ArrayLike, desired: ArrayLike, angle: str = "theta") -> Array:
     Returns
     -------
     (..., 4) array
+
+    Raises
+    ------
+    ValueError
+        For another angle.
     """
+    _check_angle(angle)
     e = np.asarray(s, float) - np.asarray(desired, float)
     e[..., 3] = _wrapped(e[..., 3], PERIODS[angle])
     return e
@@ -167,8 +174,8 @@ def interaction_matrix(
     Raises
     ------
     ValueError
-        For a surface that is not positive, a region without area, and the alpha of a
-        square, which is not defined.
+        For a surface that is not positive, a region without area, another angle, and
+        the alpha of a square, which is not defined.
     """
     x, y, theta, hx, hy = camera.normalised(region).tolist()
     w, h = 2 * hx, 2 * hy
@@ -203,8 +210,14 @@ def interaction_matrix(
     )
 
 
+def _check_angle(angle: str) -> None:
+    if angle not in PERIODS:
+        raise ValueError(f"angle is {angle!r}; it must be {' or '.join(PERIODS)}")
+
+
 def _check_rectangle(w: float, h: float, surface: float, angle: str) -> None:
     """Refuse what has no interaction matrix."""
+    _check_angle(angle)
     if not surface > 0:
         raise ValueError(
             f"surface is {surface}; the true area of the target in m^2 must be positive"

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mkt.regions import area
+from mkt.regions import HX, area
 from mkt.servoing import law
 from mkt.servoing.features import PERIODS, Camera, error, features, interaction_matrix
 from mkt.servoing.robot import OutOfSight, Path, Workspace, move, place, to_and_fro
@@ -56,6 +56,7 @@ class Command(NamedTuple):
     Attributes
     ----------
     features, error : (4,) array
+        NaN where the tracker is lost and gives no region.
     measured, estimated : (4,) array [1/s]
         de/dt of the target; NaN where nothing could be measured.
     twist : (6,) array [m/s, rad/s]
@@ -116,14 +117,17 @@ class Servo:
     patience: int = 3
 
     def __post_init__(self):
+        five = np.shape(self.desired) == (5,)
         for field, possible, need in (
-            ("dt", self.dt > 0, "a positive frame period in seconds"),
-            ("surface", self.surface > 0, "a positive area in m^2"),
-            ("gain", callable(self.gain) or self.gain >= 0, "no negative number"),
+            ("desired", five and _has_area(self.desired), "a region with an area"),
+            ("dt", 0 < self.dt < np.inf, "a positive frame period in seconds"),
+            ("surface", 0 < self.surface < np.inf, "a positive area in m^2"),
+            ("gain", _is_gain(self.gain), "a number that is not negative"),
+            ("filter", isinstance(self.filter, Kalman), "a Kalman filter"),
             ("dof", self.dof in law.AXES, "6 or 4"),
             ("angle", self.angle in PERIODS, "theta or alpha"),
-            ("delay", self.delay >= 0, "no negative number of frames"),
-            ("patience", self.patience >= 1, "at least one frame"),
+            ("delay", _is_whole(self.delay, 0), "a whole number of frames, from 0 on"),
+            ("patience", _is_whole(self.patience, 1), "a whole number, from 1 on"),
         ):
             if not possible:
                 raise ValueError(
@@ -154,8 +158,14 @@ class Servo:
             What the tracker found.
         lost : bool
             Whether it says that the target is lost.
+
+        Raises
+        ------
+        ValueError
+            For a region without area, unless it is lost.
         """
-        s = features(region, self.camera, self.angle)
+        nothing = lost and not _has_area(region)
+        s = _unknown() if nothing else features(region, self.camera, self.angle)
         e = error(s, self.goal, self.angle)
         if lost:
             return self._unseen(state, s, e)
@@ -182,8 +192,21 @@ class Servo:
         return following, Command(s, e, _unknown(), filtered[0], v, held)
 
 
+def _has_area(region: ArrayLike) -> bool:
+    """Whether a region (5,) is finite and has an area."""
+    return bool(np.isfinite(region).all() and np.min(np.asarray(region)[HX:]) > 0)
+
+
+def _is_gain(gain: law.Gain) -> bool:
+    return callable(gain) or 0 <= gain < np.inf
+
+
+def _is_whole(number: int, least: int) -> bool:
+    return isinstance(number, int | np.integer) and number >= least
+
+
 def _unknown() -> Array:
-    """A measurement (4,) where nothing could be measured."""
+    """Four numbers where nothing could be measured."""
     return np.full(4, np.nan)
 
 

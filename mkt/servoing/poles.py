@@ -52,9 +52,13 @@ def closed_loop(
     Raises
     ------
     ValueError
-        For a frame period that is not positive.
+        For a frame period or a mismatch that is not positive, or a negative delay.
     """
     check_period(dt)
+    if not mismatch > 0:
+        raise ValueError(f"mismatch is {mismatch}; it must be positive")
+    if delay < 0:
+        raise ValueError(f"delay is {delay}; it must be at least 0 frames")
     import control
 
     blocks = [

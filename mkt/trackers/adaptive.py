@@ -158,7 +158,7 @@ class Adaptive:
     zones: tuple[Zone, ...] = ("borders", "anywhere")
 
     def __post_init__(self):
-        checks.counts(self, "n")
+        checks.counts(self, "n", "patience")
         checks.positive(self, "sigma")
         checks.shares(self, "alpha", "rho_min", "b")
         check_zones(self.zones)

@@ -213,7 +213,8 @@ class Guided:
     bins: Bins = Joined((COLORS, EdgeBins()), (2.0, 1.0))
 
     def __post_init__(self):
-        checks.counts(self, "n", "steps")
+        checks.counts(self, "n", "steps", "starts")
+        checks.positive(self.motion, "position")
         self.fine.check_slopes()
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> GuidedState:

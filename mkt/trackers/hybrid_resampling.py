@@ -158,6 +158,7 @@ class HybridResampling:
         checks.one_of(self, accept=ACCEPT, occlusion=OCCLUSION)
         checks.shares(self, "inertial", "eta", "gamma")
         checks.positive(self, "lam")
+        checks.not_negative(self, "spread", "growth")
         if self.eta + self.gamma > 1:
             raise ValueError(
                 f"eta + gamma is {self.eta + self.gamma:g}; "

@@ -78,7 +78,10 @@ def template(kernels: Kernels) -> Template:
     x, y = (kernels.points * kernels.half_sides).T
     columns = np.stack([weights, -kx, -ky, kx * y - ky * x, -(x * kx + y * ky)], -1)
     kernel, sample = np.nonzero(weights)
-    return Template(sample, kernel, np.ascontiguousarray(columns[kernel, sample]))
+    pairs = np.ascontiguousarray(columns[kernel, sample])
+    for array in (sample, kernel, pairs):
+        array.setflags(write=False)  # all trackers share them
+    return Template(sample, kernel, pairs)
 
 
 def count(target: Target, labels: NDArray, columns: Array) -> Array:
@@ -418,10 +421,11 @@ class SSD:
     def __post_init__(self):
         checks.counts(self, "iterations")
         self.kernels.check_slopes()
-        if not self.spans:
+        given = isinstance(self.spans, tuple) and self.spans
+        if not given or not all(0 < span < np.inf for span in self.spans):
             raise ValueError(
-                "spans is empty; give at least one factor on the kernels' span, "
-                "such as 1"
+                f"spans is {self.spans}; give a tuple of positive factors on the "
+                "kernels' span, such as (1,)"
             )
         if not 0 < self.sizes[0] <= self.sizes[1] < np.inf:
             raise ValueError(
@@ -431,7 +435,8 @@ class SSD:
     def init(self, frame: Frame, region: Region, rng: Rng) -> SSDState:
         """Learn the reference at every span."""
         image, region = self.bins(frame), checked_region(region)
-        kernels = [replace(self.kernels, span=span) for span in self.spans]
+        own = self.kernels.span
+        kernels = [replace(self.kernels, span=span * own) for span in self.spans]
         targets = tuple(learn(image, region, each) for each in kernels)
         return SSDState(targets, region, np.sqrt(region[3] * region[4]))
 

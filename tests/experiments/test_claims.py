@@ -184,6 +184,10 @@ def test_the_listing_is_aligned_and_complete(half_and_half):
         assert head + result.claim.sentence in text
         assert result.claim.printed in text
     said = claims.RULE.replace("\n", " ")
+    odd = listing.as_text(
+        [judge(one) for one in measure(["T09-b"], (3, 10, 7, 8, 4, 6))]
+    )
+    assert "6 scenes of each kind (seeds 3, 10, 7, 8, 4, 6)" in odd
     assert "seeds 0:6" in text and text.replace("\n", " ").endswith(said)
 
 

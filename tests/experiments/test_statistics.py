@@ -117,6 +117,16 @@ def test_the_median_s_interval_ends_at_sorted_values():
     assert interval(np.arange(5))[1:] == (-np.inf, np.inf)
 
 
+def test_nothing_proves_nothing():
+    for statistic in (MEDIAN, MEAN, SHARE, PAIRS):
+        assert np.isnan(interval([], statistic)).all()
+        assert p_value([], statistic, 0, "greater") == 1
+
+
+def test_a_difference_of_shares_is_at_most_1():
+    assert interval([1], PAIRS)[2] == 1 and interval([-1], PAIRS)[1] == -1
+
+
 def test_what_could_not_be_measured_proves_nothing():
     for statistic in (MEDIAN, MEAN):
         assert np.isnan(interval([1.0, np.nan, 2.0], statistic)).all()
@@ -141,10 +151,24 @@ def test_holm_of_a_textbook():
     assert holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
 
 
-def test_the_sign_test_leaves_ties_out():
-    values = [1, 1, 1, 2, 3, 4, 5, 6]
-    expected = stats.binomtest(5, 5, alternative="greater").pvalue
-    assert p_value(values, MEDIAN, 1, "greater") == expected
+def test_a_tie_is_not_beyond_the_bound_but_of_pairs_it_is_left_out():
+    values = np.array([0, 0, 0, 1, 1, 1, 1, 1])
+    for sign, side in ((1, "greater"), (-1, "less")):
+        of_all = stats.binomtest(5, 8, alternative="greater").pvalue
+        assert p_value(sign * values, MEDIAN, 0, side) == of_all
+        of_five = stats.binomtest(5, 5, alternative="greater").pvalue
+        assert p_value(sign * values, PAIRS, 0, side) == of_five
+
+
+@given(
+    st.lists(st.integers(-2, 2), min_size=1, max_size=40),
+    st.sampled_from(["greater", "less"]),
+)
+def test_a_median_is_beyond_a_bound_only_where_its_interval_is(values, side):
+    """Whatever is tied: the test and the interval are of the same two sorted values."""
+    _, low, high = interval(values)
+    beyond = low > 0 if side == "greater" else high < 0
+    assert (p_value(values, MEDIAN, 0, side) <= 0.025) == beyond
 
 
 def test_summaries_of_a_sweep_are_a_table_on_disk(tmp_path):

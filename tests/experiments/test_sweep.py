@@ -66,6 +66,13 @@ def test_jobs_are_all_trackers_on_all_sources_with_all_seeds():
     assert {job.label for job in made} == {"a", "b"}
 
 
+def test_seeds_may_be_numpy_s_and_a_parameter_may_stand_alone(kept):
+    made = jobs({"ssd": SSD()}, [Short(Drawn("base"))], np.arange(2))
+    rows = sweep(made, processes=1, parameters="iterations")
+    assert rows["seed"].tolist() == [0, 1] and rows["iterations"].tolist() == [10, 10]
+    assert made == jobs({"ssd": SSD()}, [Short(Drawn("base"))], range(2))
+
+
 def test_rows_come_in_order_and_from_the_cache(kept, monkeypatch):
     rows = sweep(short_jobs(), processes=1)
     assert rows["seed"].tolist() == [0, 1] and rows["source"].tolist() == ["base"] * 2

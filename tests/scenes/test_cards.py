@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from mkt.homographies import of_regions, through
 from mkt.scenes.cards import KINDS, card
 from mkt.scenes.layers import Layer
+from mkt.scenes.paths import STILL
 from mkt.scenes.rendering import Scene, homographies, regions
 from mkt.scenes.textures import texture
 
@@ -32,7 +33,7 @@ def test_the_truth_is_a_pinholes():
 
 def test_a_layer_without_tilt_is_its_region():
     scene = card("base", 5)
-    flat = replace(scene.target, tilt=Layer("cat", 1.0, ()).tilt)
+    flat = replace(scene.target, tilt=Layer("cat", 1.0, STILL).tilt)
     seen = homographies(scene, flat, TIMES)
     assert (seen == of_regions(regions(scene, flat, TIMES))).all()
     assert np.allclose(homographies(scene, scene.target, 0), seen[0])

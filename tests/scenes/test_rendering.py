@@ -169,6 +169,23 @@ def test_every_texture_is_there(name):
     assert rgba.dtype == np.uint8 and rgba[..., :3].std() > 10
 
 
+def test_points_that_cannot_be_are_refused_with_their_field():
+    car = Layer("car", 60.0, MOVING)
+    for field, points in (
+        ("path", ()),
+        ("path", ((0.0, 160.0, 120.0, 0.0),)),
+        ("path", [(0.0, 160.0, 120.0, 0.0, 1.0)]),
+        ("turn", ((0.0, 1.5),)),
+        ("turn", ((0.0,),)),
+        ("tilt", ()),
+    ):
+        with pytest.raises(ValueError, match=rf"^{field} is .*(give a tuple|lies)"):
+            replace(car, **{field: points})
+    for field, points in (("light", ()), ("camera", ()), ("light", ((0.0, 1.0),))):
+        with pytest.raises(ValueError, match=rf"^{field} is .*give a tuple"):
+            Scene(car, **{field: points})
+
+
 @pytest.mark.parametrize(
     "field, value",
     [
@@ -180,7 +197,10 @@ def test_every_texture_is_there(name):
         ("zoom", 0.0),
         ("focal", -1.0),
         ("seed", -1),
+        ("seed", 1.5),
         ("size", (0, 240)),
+        ("size", (60.0, 40.0)),
+        ("size", 60),
     ],
 )
 def test_impossible_cameras_are_refused(field, value):

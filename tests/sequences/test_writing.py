@@ -32,6 +32,12 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path, capfd):
             pass
 
 
+def test_another_ending_is_answered_with_those_there_are(tmp_path):
+    with pytest.raises(OSError, match=r"a\.mov: cannot be written; choose .*\.webm"):
+        with video_writer(tmp_path / "a.mov", (WIDTH, HEIGHT), 25):
+            pass
+
+
 @pytest.mark.parametrize(
     "suffix, longest", [(".webm", 16_383), (".mp4", 8_191), (".avi", 0), (".mkv", 0)]
 )

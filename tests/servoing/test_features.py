@@ -127,6 +127,9 @@ def test_alpha_is_the_longer_axis():
         ("surface", lambda: interaction_matrix(GOLDEN, UNIT, 0.0)),
         ("square", lambda: interaction_matrix([0, 0, 0, 1, 1], UNIT, 0.01, "alpha")),
         ("focal", lambda: Camera(0.0)),
+        ("angle is 'beta'", lambda: features(GOLDEN, UNIT, "beta")),
+        ("angle is 'beta'", lambda: interaction_matrix(GOLDEN, UNIT, 0.01, "beta")),
+        ("angle is 'beta'", lambda: error([0, 0, 1, 0], [0, 0, 1, 0], "beta")),
     ],
 )
 def test_bad_input_is_named(problem, call):

@@ -376,18 +376,48 @@ def test_the_smallest_that_makes_sense_is_allowed(fields):
     assert Servo(**fields).init().missed == 0
 
 
+@pytest.mark.parametrize(
+    "field, value",
+    [
+        ("delay", 1.5),
+        ("patience", 1.5),
+        ("gain", np.inf),
+        ("dt", np.inf),
+        ("desired", (1, 2, 3)),
+        ("desired", (np.nan,) * 5),
+        ("desired", (1, 2, 0, 0, 3)),
+        ("filter", None),
+    ],
+)
+def test_what_no_controller_can_do_is_refused_with_its_field(field, value):
+    with pytest.raises(ValueError, match=rf"^{field} is .*; it must be"):
+        Servo(**{field: value})
+
+
+def test_a_tracker_that_is_lost_need_not_give_a_region():
+    """The camera goes on as after any lost frame."""
+    given, nothing = (lost_after(3, where=where) for where in (1, np.nan))
+    for one, other in zip(given[1], nothing[1], strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert np.isnan(nothing[2].features).all() and np.isnan(nothing[2].error).all()
+    np.testing.assert_array_equal(nothing[2].twist, given[2].twist)
+
+
 def test_a_target_without_area_is_refused():
     with pytest.raises(ValueError, match="surface is 0; it must be a positive area"):
         Servo(surface=0)
 
 
-def lost_after(frames, **fields):
-    """The state and command after some frames that see the target, and one that not."""
+def lost_after(frames, where=1, **fields):
+    """The state and command after some frames that see the target, and one that not.
+
+    What is said in that one is the region times `where`.
+    """
     servo = Servo(**fields)
     state, region = servo.init(), np.array([170.0, 110.0, 1.4, 45.0, 28.0])
     for k in range(frames):
         state, seen = servo.step(state, region + [2 * k, 0, 0, 0, 0])
-    return seen, *servo.step(state, region, lost=True)
+    return seen, *servo.step(state, where * region, lost=True)
 
 
 def test_a_lost_frame_keeps_twist_and_filter_until_patience_ends():

@@ -267,6 +267,13 @@ def test_a_path_leaves_the_derivative_of_c_out_where_it_is_told_to():
     assert np.abs(there - newton_path(target, image, start, 1)[1]).max() > 0.1
 
 
+def test_spans_are_factors_on_the_span_of_the_kernels():
+    clip, rng = scene(), np.random.default_rng(0)
+    tracker = SSD(Kernels("3x3", span=0.5), spans=(1.4, 1.0))
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    assert [target.kernels.span for target in state.targets] == [0.7, 0.5]
+
+
 def test_a_tracker_takes_its_steps_span_after_span():
     clip, rng = scene(), np.random.default_rng(0)
     tracker = SSD(spans=(1.4, 1.0), iterations=2)
