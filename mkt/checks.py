@@ -66,14 +66,14 @@ def shares(specification: Any, *fields: str) -> None:
             raise ValueError(f"{field} is {value:g}; a share lies between 0 and 1")
 
 
-def counts(specification: Any, *fields: str) -> None:
-    """Refuse a field that is not a whole number of at least 1 and at most `MOST`."""
+def counts(specification: Any, *fields: str, least: int = 1) -> None:
+    """Refuse a field that is not a whole number from `least` to `MOST`."""
     for field in fields:
         value = getattr(specification, field)
-        if not (isinstance(value, int | np.integer) and 1 <= value <= MOST):
+        if not (isinstance(value, int | np.integer) and least <= value <= MOST):
             raise ValueError(
-                f"{field} is {value!r}; it must be a whole number, at least 1 and at "
-                f"most {MOST}"
+                f"{field} is {value!r}; it must be a whole number, at least {least} "
+                f"and at most {MOST}"
             )
 
 

@@ -193,7 +193,8 @@ class Entry:
         Raises
         ------
         ValueError
-            For an unknown parameter, with the known ones.
+            For an unknown parameter, or a word that is none of its choices, with the
+            known ones.
         """
         unknown = sorted(set(parameters) - set(self.defaults))
         if unknown:
@@ -201,6 +202,14 @@ class Entry:
                 f"{self.name} has no parameter {unknown[0]!r}; "
                 f"it takes {', '.join(self.defaults)}"
             )
+        for name, value in parameters.items():
+            choices = self.sliders.get(name)
+            words = isinstance(choices, list) and isinstance(choices[0], str)
+            if words and value not in choices:
+                raise ValueError(
+                    f"{self.name}: {name} is {value!r}; "
+                    f"it takes {', '.join(map(repr, choices))}"
+                )
         with in_style(), one_thread(), _heard(progress):
             fig = new_figure(self.size, dpi)
             return fig, self.function(fig, **(self.defaults | parameters))

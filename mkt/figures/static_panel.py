@@ -126,7 +126,7 @@ class StaticPanel:
     def _description(self) -> str:
         """What the picture shows: its title with the values."""
         words = ", ".join(f"{name} = {value}" for name, value in self._labels().items())
-        return f"{self._entry.title} {words}."
+        return f"{self._entry.title} {words}." if words else self._entry.title
 
     def _labels(self) -> dict[str, str]:
         return {

@@ -51,8 +51,11 @@ class Beats {
   }
 
   show(panel) {
-    const back = button("one beat back", () => this.turn(-1));
-    const on = button("next beat", () => this.turn(1));
+    const by = (beats) => () => {
+      this.player.stop();
+      this.turn(beats);
+    };
+    const [back, on] = [button("one beat back", by(-1)), button("next beat", by(1))];
     this.said = el("p", { class: "mkt-note", role: "status" });
     this.player = new Player(this.said, () => this.turn(1, true), () => this.controls.set({})); // prettier-ignore
     const acts = el("div", { class: "mkt-controls" }, this.player.node, back, on);
@@ -68,6 +71,7 @@ class Beats {
 
   // Keep what was before the change; a link or the reset button begins anew.
   follow(asked) {
+    if (asked) this.player.stop();
     const { frame, beat, pace, ...settings } = this.controls.values;
     const known = JSON.stringify(settings);
     if (asked || this.known !== known)

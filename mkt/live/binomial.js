@@ -17,5 +17,5 @@ export function tails(probabilities) {
 
 // The probability that more than b n of n appear by chance.
 export function falseStart(n, p, b) {
-  return tails(binomial(n, p))[Math.floor(b * n)];
+  return tails(binomial(n, p))[Math.floor(b * n + 1e-9)]; // .29 x 100 is less than 29
 }

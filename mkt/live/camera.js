@@ -75,8 +75,7 @@ class Tracking {
     const { node, note } = this.controls;
     place.replaceChildren(sources, this.said, stage, this.numbers, acts, node, note, this.controls.copies(false)); // prettier-ignore
     this.hands(place);
-    this.history = [];
-    this.box = null;
+    Object.assign(this, { history: [], box: null, sources: 0 });
     this.controls.show();
     this.controls.read();
     this.tell("Choose what to look at. No picture leaves this machine: nothing is sent, and nothing is kept.");
@@ -88,15 +87,19 @@ class Tracking {
 
   // Sources
 
+  // Only of what was chosen last: `sources` counts the choices.
   async camera() {
+    const mine = ++this.sources;
     try {
       const asked = { width: { ideal: 640 }, height: { ideal: 480 }, facingMode: "environment" };
       if (!navigator.mediaDevices) throw new Error();
       const stream = await navigator.mediaDevices.getUserMedia({ video: asked });
+      if (mine !== this.sources) return stream.getTracks().forEach((track) => track.stop());
       this.stop();
       this.video.srcObject = stream;
       await this.play();
     } catch (error) {
+      if (mine !== this.sources) return;
       const reason = REFUSED[error.name] ?? "No camera can be used on this page";
       await this.clip(`${reason}; here is the book's clip instead. `);
     }
@@ -104,19 +107,28 @@ class Tracking {
 
   async open(file) {
     if (!file) return;
+    const mine = ++this.sources;
     this.stop();
     this.video.src = URL.createObjectURL(file);
-    await this.play().catch(() =>
-      this.clip("This browser cannot play that file; here is the book's clip instead. "),
-    );
+    try {
+      await this.play();
+    } catch {
+      const words = "This browser cannot play that file; here is the book's clip instead. "; // prettier-ignore
+      if (mine === this.sources) await this.clip(words);
+    }
   }
 
   async clip(why = "") {
+    const mine = ++this.sources;
     const { film, region, source } = await load("track");
+    if (mine !== this.sources) return;
     this.stop();
     const bytes = Uint8Array.from(atob(film.split(",")[1]), (sign) => sign.charCodeAt(0));
     this.video.src = URL.createObjectURL(new Blob([bytes], { type: "video/webm" }));
-    await this.play();
+    await this.play().catch((error) => {
+      if (mine === this.sources) throw error;
+    });
+    if (mine !== this.sources) return;
     this.box = region;
     this.tell(`${why}The clip: ${source}. A box is drawn already: track it, or draw another.`);
     this.stage.redraw();
@@ -206,7 +218,7 @@ class Tracking {
     const { data, width, height } = answer.picture;
     this.pen.putImageData(new ImageData(data, width, height), 0, 0);
     this.found = answer;
-    const likelihood = Math.exp(-20 * answer.distance ** 2);
+    const likelihood = Math.exp(-this.controls.values.lambda * answer.distance ** 2);
     this.history = [...this.history, { ...answer, picture: null, likelihood }].slice(-KEPT);
     this.times = [...this.times, performance.now()].slice(-31);
     this.report(answer, likelihood);

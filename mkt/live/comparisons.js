@@ -28,7 +28,7 @@ class Comparisons {
     const high = particles.high;
     const left = { low: 0, high, step: 1, value: 0, own: true, title: "draws to come" };
     const all = { particles, left, largest, seed };
-    this.controls = new Controls(name, all, () => this.follow());
+    this.controls = new Controls(name, all, (_values, _quick, asked) => this.follow(asked));
     this.rows = new Canvas("", 0.85, (...pen) => this.drawRows(...pen), 260);
     this.lines = new Canvas("", 0.85, (...pen) => this.drawLines(...pen), 260);
     this.said = el("p", { class: "mkt-note", role: "status" });
@@ -66,7 +66,8 @@ class Comparisons {
     return this.controls.values.left > 0;
   }
 
-  follow() {
+  follow(begun) {
+    if (begun) this.player.stop();
     const { particles, largest, seed } = this.controls.values;
     const { cumulative, u } = drawn(particles, random(seed));
     this.chosen = ancestors(cumulative, u, false).chosen;

@@ -75,12 +75,13 @@ class Doors {
     this.rho = this.regions.map((region) => coefficient(this.image, this.disc, region, this.model)); // prettier-ignore
     this.limit = this.around.mean + sigmas * this.around.spread;
     this.positives = this.rho.filter((rho) => rho > this.limit).length;
+    this.pointed = undefined; // it was one of those before
     this.draw();
   }
 
   draw() {
     const { frame, particles } = this.controls.values;
-    const needed = this.share * particles;
+    const needed = Number((this.share * particles).toFixed(9)); // as .29 x 100 is 29
     const begun = this.positives > needed;
     this.said.textContent = `Frame ${frame}: ${this.positives} of ${particles} appear; it takes more than ${number(needed)}, so the tracking ${begun ? "starts" : "does not start"}.`; // prettier-ignore
     this.view.node.setAttribute("aria-label", `Frame ${frame} with ${particles} samples, of which ${this.positives} appear`); // prettier-ignore

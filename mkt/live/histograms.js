@@ -18,7 +18,7 @@ class Histograms {
       x: place(60, "x [px]"),
       y: place(50, "y [px]"),
     };
-    this.controls = new Controls(name, free, () => this.follow());
+    this.controls = new Controls(name, free, (_values, _quick, asked) => this.follow(asked));
     this.frame = new Canvas("", 0.9, (...pen) => this.drawFrame(...pen));
     this.seen = new Canvas("", 0.9, (...pen) => this.drawSamples(...pen));
     this.bars = new Canvas("", 0.3, (...pen) => this.drawBars(...pen), 210);
@@ -32,7 +32,8 @@ class Histograms {
     this.hands();
   }
 
-  async follow() {
+  async follow(asked) {
+    if (asked) this.bin = null;
     const { profile, span, bins, item } = this.controls.values;
     const key = (this.wanted = `${item} ${bins}`);
     if (this.known !== key) {

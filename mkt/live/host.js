@@ -17,8 +17,10 @@ export const host = {
       document.head.append(script);
     });
   },
-  // What the page's address asks of a figure, "name=value&...", or null.
-  asked(key) {
+  // What the page's address asks of a figure, "name=value&...", or null.  Who goes back
+  // to the page as it came, without any words, asks for all figures as they were.
+  asked(key, again) {
+    if (again && !location.hash) return "";
     const [mine, words = ""] = location.hash.split("?");
     return mine === `#${key}` ? words : null;
   },

@@ -36,14 +36,11 @@ class Kernels {
     }
     const profile = name === "tiles" ? "uniform" : this.controls.values.profile;
     this.spec = { layout: name, span, profile, samples: SAMPLES };
-    this.controls.note.textContent = "";
-    try {
-      this.kernels = fitted(this.spec, this.region);
-    } catch (error) {
-      this.controls.note.textContent = `${error.message[0].toUpperCase()}${error.message.slice(1)}.`; // prettier-ignore
-      return;
-    }
+    this.kernels = fitted(this.spec, this.region);
     this.plan = layout(this.spec, this.region[3] / this.region[4]);
+    const { values } = this.controls;
+    values.kernel = Math.min(values.kernel, this.plan.centres.length);
+    this.controls.show();
     const [a, b] = this.plan.half;
     for (const canvas of [this.object, this.weights]) canvas.ratio = b / a;
     this.draw();
@@ -51,7 +48,7 @@ class Kernels {
 
   // Which kernel is looked at, from 0 on.
   chosen() {
-    return Math.min(this.controls.values.kernel, this.plan.centres.length) - 1;
+    return this.controls.values.kernel - 1;
   }
 
   draw() {

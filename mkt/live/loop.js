@@ -51,6 +51,7 @@ class RootLocus {
     }
     this.known = known;
     this.chosen = poles(this.loop());
+    if (!this.chosen.length) this.chosen = [[0, 0]]; // of an error that is gone at once
     this.radius = Math.max(...this.chosen.map((z) => Math.hypot(...z)));
     const { dt } = this.loop();
     this.times = Array.from({ length: Math.ceil(SECONDS / dt - 1e-9) }, (_, k) => k * dt);
@@ -60,11 +61,13 @@ class RootLocus {
   }
 
   draw() {
-    const { gain, fps, delay } = this.controls.values;
-    const stable = this.radius < 1 ? "stable" : "runs away";
+    const { gain, fps, delay, mismatch } = this.controls.values;
+    const beyond = Math.abs(this.radius - 1) < 1e-6 ? 0 : this.radius - 1;
+    const stable = beyond ? (beyond < 0 ? "stable" : "runs away") : "at the limit";
+    const product = `Gain x frame period${mismatch === 1 ? "" : " / mismatch"}`;
     const far = Math.max(...this.errors.map(Math.abs));
     const reach = far < 1000 ? `${far.toFixed(1)} cm` : "more than 10 m";
-    this.said.textContent = `Largest pole ${this.radius.toFixed(3)}: ${stable}. Gain x frame period = ${number(gain / fps)}, ${this.chosen.length} ${this.chosen.length > 1 ? "poles" : "pole"} beside values that are stored for one frame, greatest distance ${reach}.`; // prettier-ignore
+    this.said.textContent = `Largest pole ${this.radius.toFixed(3)}: ${stable}. ${product} = ${number(gain / fps / mismatch)}, ${this.chosen.length} ${this.chosen.length > 1 ? "poles" : "pole"} beside values that are stored for one frame, greatest distance ${reach}.`; // prettier-ignore
     const words = this.chosen.map(([re, im]) => `${re.toFixed(2)} ${im < 0 ? "-" : "+"} ${Math.abs(im).toFixed(2)} i`); // prettier-ignore
     this.plane.node.setAttribute("aria-label", `The complex plane; poles at ${words.join(", ")}; ${stable}`); // prettier-ignore
     this.answer.node.setAttribute("aria-label", `How far the camera is behind a target of 5 cm/s that turns back and stops, with ${delay} frames of delay: at most ${reach}`); // prettier-ignore

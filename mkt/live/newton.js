@@ -23,7 +23,7 @@ class Newton {
       span: { ...span, step: 0.05 },
       derivative_of_c: { ...derivative_of_c, title: "derivative of C" },
     };
-    this.controls = new Controls(name, free, () => this.follow());
+    this.controls = new Controls(name, free, (_values, _quick, asked) => this.follow(asked));
     this.frame = new Canvas("", 0.77, (...pen) => this.drawFrame(...pen));
     this.basin = new Canvas("", 0.95, (...pen) => this.drawBasin(...pen));
     this.curve = new Canvas("", 0.5, (...pen) => this.drawCurve(...pen), 150);
@@ -52,7 +52,8 @@ class Newton {
   }
 
   // Everything that follows from the controls.
-  follow() {
+  follow(asked) {
+    if (asked) this.taken = 0;
     const { layout, span, derivative_of_c, scale } = this.controls.values;
     const spec = { layout, span: layout === "one" ? Math.min(span, 1) : span, samples: 2400 };
     const known = JSON.stringify(spec);
@@ -122,7 +123,7 @@ class Newton {
       frame: `The frame with the truth, the ${start}, and the steps`,
       basin: `The basin: ${Math.round(100 * share)} of 100 starts lead home`,
       curve: "The distance after every step",
-      slope: "The distance along the next step, and the parabola that Gauss-Newton takes it for",
+      slope: `O along the next step, ${this.costAt(now).toFixed(2)} at its beginning, and the parabola that Gauss-Newton takes it for`, // prettier-ignore
     };
     for (const [name, words] of Object.entries(about))
       this[name].node.setAttribute("aria-label", words);
@@ -182,6 +183,12 @@ class Newton {
     });
   }
 
+  // O(x), (6) of [T09]: 2 d^2 of each kernel.
+  costAt(place) {
+    const kernels = this.target.q.length;
+    return 2 * kernels * distanceAt(this.target, this.images[1], place) ** 2;
+  }
+
   // O along the next step, and the parabola whose lowest point the step goes to.
   drawSlope(pen, width, height) {
     if (!this.path) return;
@@ -191,12 +198,11 @@ class Newton {
     const step = newtonStep(at, this.target);
     const costAt = (t) => {
       const place = moved(from, step.map((each) => each * t)); // prettier-ignore
-      return 2 * distanceAt(this.target, this.images[1], place) ** 2;
+      return this.costAt(place);
     };
     const shares = Array.from({ length: 41 }, (_, i) => (i - 8) / 16);
     const real = shares.map(costAt);
     const reference = this.target.q.flatMap((each) => [...each]);
-    const kernels = this.target.q.length;
     let [error, drop, bend] = [0, 0, 0];
     at.q.forEach((value, u) => {
       if (value <= 1e-6) return void (error += reference[u]);
@@ -207,8 +213,8 @@ class Newton {
       drop += 2 * e * along;
       bend += along * along;
     });
-    const model = shares.map((t) => (error + drop * t + bend * t * t) / kernels);
-    const top = Math.max(...real, 0.1) * 1.1;
+    const model = shares.map((t) => error + drop * t + bend * t * t);
+    const top = Math.max(...real, 1) * 1.1;
     const box = [38, 22, width - 46, height - 62];
     const limits = { x: [-0.5, 2], y: [0, top], xlabel: "share of the next step", ylabel: "O: real (blue), parabola (orange)" }; // prettier-ignore
     const { across, down } = axes(pen, box, limits);

@@ -120,7 +120,7 @@ export class Controls {
     this.node.append(
       el("button", { type: "button", class: "mkt-reset", onclick: reset }, "reset"),
     );
-    host.heard(() => this.read());
+    host.heard(() => this.read(true));
   }
 
   // Move some controls; `quick` while a hand is still moving them.
@@ -158,9 +158,10 @@ export class Controls {
     return settings.join("&");
   }
 
-  // Take over what is asked of this figure, and say what is wrong in it.
-  read() {
-    const words = host.asked(this.key);
+  // Take over what is asked of this figure, and say what is wrong in it; `again` when
+  // that may be what is shown already.
+  read(again = false) {
+    const words = host.asked(this.key, again);
     if (words === null) return false;
     const wrong = [];
     const values = { ...this.start };
@@ -172,6 +173,8 @@ export class Controls {
         } catch (error) {
           wrong.push(`${name} is ${word}, but ${error.message}`);
         }
+    const there = Object.entries(values).every(([name, value]) => this.values[name] === value); // prettier-ignore
+    if (again && there && !wrong.length) return false;
     this.note.textContent = wrong.length
       ? `In this page's address ${wrong.join("; ")}. The rest was taken.`
       : "";
@@ -264,7 +267,7 @@ export class Canvas {
   dragged(begin, follow, done) {
     this.node.classList.add("mkt-drag");
     this.node.addEventListener("pointerdown", (event) => {
-      if (begin(this.placeOf(event), event) === false) return;
+      if (event.button || begin(this.placeOf(event), event) === false) return;
       this.node.setPointerCapture(event.pointerId);
       const move = (moved) => follow(this.placeOf(moved), moved);
       const end = () => {
@@ -288,7 +291,8 @@ export class Canvas {
     const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }; // prettier-ignore
     this.node.tabIndex = 0;
     this.node.addEventListener("keydown", (event) => {
-      if (!ways[event.key]) return;
+      // With one of these it is a shortcut, such as Alt and left: back.
+      if (!ways[event.key] || event.altKey || event.ctrlKey || event.metaKey) return;
       event.preventDefault();
       step(ways[event.key], event);
     });

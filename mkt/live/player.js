@@ -31,10 +31,15 @@ export class Player {
   }
 
   pause() {
+    this.stop();
+    this.done();
+  }
+
+  // Whether it plays or not, as a reset asks for.
+  stop() {
     clearInterval(this.timer);
     this.timer = null;
     this.node.textContent = "play";
     this.said.removeAttribute("aria-live");
-    this.done();
   }
 }

@@ -92,14 +92,9 @@ class Surfaces {
     const { item, bins = "hsv", extent = EXTENT } = settings;
     const key = `${item} ${bins}`;
     const data = this.seen === key ? this.data : await still(item, bins);
-    try {
-      const pairs = await this.kind.pairs(settings, data);
-      if (this.made !== wanted) return;
-      Object.assign(this, { seen: key, data, pairs });
-    } catch (error) {
-      this.controls.note.textContent = error.message;
-      return;
-    }
+    const pairs = await this.kind.pairs(settings, data);
+    if (this.made !== wanted) return;
+    Object.assign(this, { seen: key, data, pairs });
     this.extent = extent;
     this.x = linspace(-extent, extent, CELLS);
     this.theta = linspace(-TURN, TURN, CELLS).map((degrees) => (degrees * Math.PI) / 180);

@@ -10,6 +10,7 @@ import { Player } from "./player.js";
 const PACE = 10; // frames a second
 const PATIENCE = 150; // [ms] of rest before a wall is built anew
 const QUANTITIES = ["x [px]", "y [px]", "orientation [deg]"];
+const PAIR = ["pf-75", "combined"]; // (4) and (5), which have the settings
 const [TALL, HEAD] = [78, 26]; // [px] of a tracker's row
 const COLUMNS = ["tracker", "before [px]", "after [px]", "before [deg]", "after [deg]", "lost"]; // prettier-ignore
 
@@ -51,9 +52,9 @@ class Wall {
     const table = el("table", {}, el("thead", {}, el("tr", {}, ...head)), body);
     this.labels = [...body.rows].map((row) => row.firstChild);
     const scroll = el("div", { class: "mkt-wide mkt-table", tabindex: 0, role: "region", "aria-label": "The errors of all trackers" }, table); // prettier-ignore
-    const player = new Player(this.said, () => this.on(), () => this.controls.set({}));
-    player.at(PACE);
-    const acts = el("div", { class: "mkt-controls" }, player.node);
+    this.player = new Player(this.said, () => this.on(), () => this.controls.set({}));
+    this.player.at(PACE);
+    const acts = el("div", { class: "mkt-controls" }, this.player.node);
     const left = el("div", {}, this.frame.node, acts, this.said);
     this.stage = el("div", { class: "mkt-stage mkt-film" }, left, this.rows.node, scroll); // prettier-ignore
     const hint = el("p", { class: "mkt-note" }, "Play the run, draw along the curves or take the arrow keys to see another frame: thick is run 0, whose boxes the frame shows; black and white is the truth. In the table, medians over five runs of a run's median error before the wall and after it."); // prettier-ignore
@@ -70,9 +71,14 @@ class Wall {
 
   // The frames
 
-  follow(values, quick) {
-    const { seed, occlusion } = values;
+  follow(values, quick, asked) {
+    if (asked) this.player.stop();
+    const { seed, occlusion, particles, threshold } = values;
     const place = `${seed} ${occlusion}`;
+    const pair = `${particles} ${threshold}`;
+    // Runs of other settings are not those of the row any more.
+    if (this.pair !== pair) for (const name of PAIR) delete this.latest[name];
+    this.pair = pair;
     if (this.place !== place) {
       this.place = place;
       this.exposure.set(this.paths[seed], occlusion);
@@ -195,7 +201,7 @@ class Wall {
 
   labelOf({ name, label }) {
     const { particles } = this.controls.values;
-    return ["pf-75", "combined"].includes(name) ? label.replace("75", particles) : label;
+    return PAIR.includes(name) ? label.replace("75", particles) : label;
   }
 
   fill() {

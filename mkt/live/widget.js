@@ -18,8 +18,9 @@ function kernel(model) {
       }
       return known.get(name);
     },
-    asked: () => null,
-    heard() {},
+    // A further view, and other cells, show what was moved in one.
+    asked: () => new URLSearchParams(model.get("moved")).toString() || null,
+    heard: (again) => model.on("change:moved", again),
     keep(_key, _words, values) {
       model.set("moved", values);
       model.save_changes();

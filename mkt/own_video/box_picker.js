@@ -132,6 +132,7 @@ function render({ model, el }) {
   canvas.addEventListener("pointercancel", () => { if (drag) { box = drag.before; drag = null; draw(); } });
   canvas.addEventListener("keydown", (event) => {
     if (!(event.key in ARROWS) || !model.get("enabled") || !drawn(box)) return;
+    if (event.altKey || event.ctrlKey || event.metaKey) return; // a shortcut, such as back
     event.preventDefault();
     event.stopPropagation();
     send((event.shiftKey ? grown : moved)(box, ...ARROWS[event.key]));

@@ -109,6 +109,12 @@ class Workbench(ipywidgets.VBox):
         self.source.enable(self.state != BUSY)
         self.method.enable(self.state != BUSY)
 
+    def _forget(self) -> None:
+        """No path is chosen, so that a file which is mended can be chosen again."""
+        self.source.unobserve(self._opened, "path")
+        self.source.path = ""
+        self.source.observe(self._opened, "path")
+
     def _opened(self, _change: Any = None) -> None:
         try:
             clip = video(self.source.path)
@@ -116,6 +122,7 @@ class Workbench(ipywidgets.VBox):
         except (ValueError, OSError) as error:
             self.clip, self.state = None, EMPTY
             self.report.say(error)
+            self._forget()
             return
         self.clip = clip
         self.source.offer(self.source.path)

@@ -282,7 +282,7 @@ def _quick() -> list[str]:
 def _runs(scene: str, seed: int) -> dict[str, Any]:
     """Overlaps in the seen frames of a scene, and how many frames there are."""
     iou = benchmark.overlaps_on(Drawn(scene, seed), _quick())
-    seen = iou[:, np.isfinite(iou[0])].round(4).tolist()
+    seen = iou[:, np.isfinite(iou[0])].round(7).tolist()
     return {"seen": seen, "frames": iou.shape[1] - 1}
 
 

@@ -74,7 +74,7 @@ def write(track: Track, path: str | os.PathLike, first: int = 0) -> None:
         {"region": region, "score": score, "lost": lost}
         for region, score, lost in zip(*track[:3], strict=True)
     ]
-    mot = path.suffix == ".txt"
+    mot = path.suffix.lower() == ".txt"
     rows = [
         mot_row(first + k, info) if mot else row(k, info)
         for k, info in enumerate(infos)

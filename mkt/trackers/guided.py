@@ -213,7 +213,8 @@ class Guided:
     bins: Bins = Joined((COLORS, EdgeBins()), (2.0, 1.0))
 
     def __post_init__(self):
-        checks.counts(self, "n", "steps", "starts")
+        checks.counts(self, "n", "steps")
+        checks.counts(self, "starts", least=0)
         checks.positive(self.motion, "position")
         self.fine.check_slopes()
 

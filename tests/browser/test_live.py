@@ -210,6 +210,11 @@ def test_newtons_steps_are_pythons(opened):
         words = f"Step {taken} of 10.*distance ([\\d.]+)"
         found = re.search(words, panel.inner_text())
         assert found and abs(float(found[1]) - distance) < 5e-3
+        about = panel.locator("canvas[aria-label^='O along']").get_attribute(
+            "aria-label"
+        )
+        told = float(re.search(r"next step, ([\d.]+) at", about)[1])
+        assert told == pytest.approx(2 * len(target.q) * distance**2, rel=0.03)
         off = errors(path[taken], clip.truth[1])
         words = r"off by ([\d.]+) px, ([\d.]+) degrees and ([\d.]+) % in size"
         told = [float(each) for each in re.search(words, panel.inner_text()).groups()]
@@ -233,6 +238,10 @@ def test_the_film_goes_beat_by_beat_and_back(opened):
     assert "Frame 8 of 59, 1 predict" in panel.inner_text()
     panel.get_by_role("button", name="one beat back").press("Enter")
     assert "Frame 7 of 59, 4 draw" in panel.inner_text()
+    panel.get_by_role("button", name="play").click()
+    panel.locator(".mkt-reset").click()
+    panel.get_by_role("button", name="play").wait_for()  # it rests
+    slide(panel, "frame").fill("8")
     slide(panel, "beats a second").fill("20")
     panel.get_by_role("button", name="play").click()
     panel.get_by_text(re.compile(r"Frame (9|[1-5]\d) of 59")).wait_for()
@@ -320,6 +329,17 @@ COUNT = """panel => {
 }"""
 
 
+# What rows (4) and (5) say at once when they have other particles.
+OTHERS = """panel => {
+  const label = "particles of (4) and (5), as a number";
+  const typed = panel.querySelector(`[aria-label="${label}"]`);
+  typed.value = "30";
+  typed.dispatchEvent(new Event("change"));
+  const rows = [...panel.querySelectorAll("tbody tr")].slice(3);
+  return rows.map((row) => row.cells[1].textContent);
+}"""
+
+
 def test_the_runs_behind_the_wall_err_as_pythons_do_and_only_what_is_new_runs_anew(
     opened,
 ):
@@ -333,6 +353,8 @@ def test_the_runs_behind_the_wall_err_as_pythons_do_and_only_what_is_new_runs_an
     assert "the wall hides 0 %" in panel.inner_text()
     slide(panel, "frame").fill("48")
     assert "the wall hides 100 %" in panel.inner_text()
+    assert panel.evaluate(OTHERS) == 2 * ["..."]
+    done.wait_for(timeout=120_000)
     panel.evaluate(COUNT)
     typed = panel.get_by_label("particles of (4) and (5), as a number")
     typed.fill("20")
@@ -402,6 +424,7 @@ def test_figure_2_weighs_as_python_does(opened, layout, span):
     k = min(4, len(kernels.weights)) - 1
     weights = np.asarray(kernels.weights)[k]
     assert number(panel, "it sees") == np.count_nonzero(weights)
+    assert slide(panel, "kernel").input_value() == str(k + 1)
     assert number(panel, "worth") == round(1 / np.sum(weights**2))
     if layout == "3x3":
         panel.locator("canvas").first.press("ArrowDown")
@@ -445,6 +468,16 @@ def test_the_largest_pole_is_pythons(opened, settings):
     if shown["radius"] < 1:
         worst = np.abs(shown["error"]).max()
         assert abs(number(panel, "greatest distance") - worst) < 0.051
+
+
+def test_an_error_that_is_gone_at_once_has_a_pole_at_0_and_the_limit_is_said(opened):
+    panel = ready(opened(LOOP, "#root_locus?gain=5"), "Largest pole", 1)
+    assert "Largest pole 0.000: stable." in panel.inner_text()
+    assert "1 pole beside values" in panel.inner_text()
+    slide(panel, "gain [1/s]").fill("10")
+    assert "Largest pole 1.000: at the limit." in panel.inner_text()
+    slide(panel, "mismatch").fill("4")
+    assert "Gain x frame period / mismatch = 0.5" in panel.inner_text()
 
 
 def test_a_pole_is_dragged_along_its_way(opened):
@@ -511,6 +544,11 @@ def test_samples_wait_as_pythons_do_and_doors_are_dragged(opened):
     assert appearing(panel) > 100  # as the background does: half of it
     panel.get_by_role("button", name="command for a PDF of it").click()
     panel.get_by_text("spreads above the mean").last.wait_for()
+    # A sample that is pointed at may be gone with the next ones.
+    slide(panel, "placement").select_option("anywhere")
+    panel.locator("canvas").first.hover()
+    slide(panel, "particles").fill("25")
+    assert " of 25 appear" in panel.inner_text()
 
 
 def test_a_search_is_counted_draw_by_draw(opened):
@@ -564,6 +602,16 @@ def test_the_ranking_follows_a_limit_that_moves_freely(opened):
     assert high < best
     curves.press("ArrowLeft")
     assert "T_lim" in panel.inner_text() and "limit=0.9" in page.url
+
+
+def test_back_to_the_page_as_it_came_shows_its_figures_so(opened):
+    page = opened(SUCCESS)
+    panel = ready(page, "first is")
+    panel.locator("canvas").first.press("ArrowRight")
+    page.wait_for_url("**#success?limit=0.21")
+    page.go_back()
+    limit = panel.locator("input[type=range][min='0']").first
+    page.wait_for_function("input => input.value === '0.2'", arg=limit.element_handle())
 
 
 def test_the_script_has_every_figure_that_is_registered_as_live():
@@ -745,6 +793,27 @@ def test_without_a_camera_the_clip_plays(opened, site, error, reason):
     page.get_by_role("button", name="Track what is in the box").click()
     page.get_by_text("frames a second").wait_for()
     assert "found" in page.locator("[data-live=track]").inner_text()
+
+
+# A file that is none, and before that is known, the book's clip.
+TWO_SOURCES = """() => {
+  const kept = new DataTransfer();
+  kept.items.add(new File(["no film"], "none.webm", { type: "video/webm" }));
+  const picker = document.querySelector("[data-live=track] input[type=file]");
+  picker.files = kept.files;
+  picker.dispatchEvent(new Event("change"));
+  for (const button of document.querySelectorAll("[data-live=track] button"))
+    if (button.textContent === "Play the book's clip") button.click();
+}"""
+
+
+def test_of_two_sources_the_last_one_counts(opened):
+    page = opened(TRACK)
+    page.get_by_role("button", name="Play the book's clip").wait_for()
+    page.evaluate(TWO_SOURCES)
+    page.get_by_text(re.compile("The clip: ")).wait_for()
+    page.wait_for_timeout(500)
+    assert "cannot play" not in page.locator("[data-live=track]").inner_text()
 
 
 def test_a_box_is_drawn_with_keys_alone(opened):

@@ -23,6 +23,22 @@ page.look();
 return [sent, page.tracking];
 """
 
+LIKELY = """
+globalThis.ImageData ??= class {};
+const { camera, host } = live;
+Object.assign(host, { heard() {}, keep() {}, asked: () => `lambda=${data.lambda}` });
+const place = document.createElement("div");
+place.replaceChildren = (...nodes) => place.append(...nodes);
+const page = camera(place, { postMessage() {} });
+page.pen = { putImageData() {} };
+Object.assign(page, { tracking: true, times: [] });
+const found = { lost: false, distance: 0.5, nEff: 1, cost: 1, steps: 1 };
+const small = { data: new Uint8ClampedArray(4), width: 1, height: 1 };
+page.hear({ kind: "step", picture: small, ...found });
+return page.numbers.textContent;
+"""
+
+
 page = fixture_of(DOCUMENT + joined("camera") + EXPORTS)
 
 
@@ -31,3 +47,8 @@ page = fixture_of(DOCUMENT + joined("camera") + EXPORTS)
 )
 def test_what_was_learnt_of_an_earlier_box_is_not_tracked(page, again, sent):
     assert page(READER, again=again) == [sent, not again]
+
+
+@pytest.mark.parametrize("strength, likelihood", [(1, 0.78), (20, 0.01)])
+def test_the_likelihood_is_that_of_the_lambda_that_is_set(page, strength, likelihood):
+    assert f"likelihood {likelihood:.2f}" in page(LIKELY, **{"lambda": strength})

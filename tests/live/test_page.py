@@ -5,7 +5,9 @@ import pytest
 from mkt.figures.live import joined
 from tests.live.conftest import DOCUMENT, fixture_of
 
-EXPORTS = "\nexport const { Controls, write } = page_js, { host } = host_js;"
+EXPORTS = """
+export const { Canvas, Controls, write } = page_js, { host } = host_js;
+"""
 CONTROLS = """
 const { Controls, host } = live;
 const seen = [];
@@ -88,6 +90,62 @@ def test_a_control_moves_to_the_nearest_that_can_be_shown(page, field, typed, ta
         typed=typed,
     )
     assert found == [taken, pytest.approx(taken, abs=0.05)]
+
+
+GOING = """
+const { Controls, host } = live;
+let [asked, again] = [null, null];
+const seen = [];
+Object.assign(host, { heard: (call) => (again = call), keep() {}, asked: () => asked });
+const each = ({ toy }, _, anew) => seen.push([toy, anew]);
+const controls = new Controls("own.toy", data.fields, each);
+const ask = (words) => ((asked = words), again());
+controls.set({ toy: 0.9 });
+ask("toy=0.9");  // as it stands
+ask(null);       // of another figure
+ask("toy=1.2");
+ask("");         // as the page came
+return seen;
+"""
+
+
+def test_what_is_asked_again_is_followed_where_it_is_something_else(page):
+    found = page(GOING, fields={"toy": FREE})
+    assert found == [[0.9, False], [1.2, True], [1.0, True]]
+
+
+KEYS = """
+const steps = [];
+const canvas = new live.Canvas("", 1, () => {});
+canvas.keyed((step) => steps.push(step));
+for (const more of [{}, { altKey: true }, { ctrlKey: true }, { metaKey: true }]) {
+  const event = new Event("keydown", { cancelable: true });
+  Object.assign(event, { key: "ArrowLeft", ...more });
+  canvas.node.dispatchEvent(event);
+  steps.push(event.defaultPrevented);
+}
+return steps;
+"""
+
+
+def test_arrows_with_a_modifier_belong_to_the_browser(page):
+    assert page(KEYS) == [[-1, 0], True, False, False, False]
+
+
+BUTTONS = """
+const begun = [];
+const canvas = new live.Canvas("", 1, () => {});
+canvas.placeOf = () => [0, 0];
+canvas.node.setPointerCapture = () => {};
+canvas.dragged(() => begun.push("drag"), () => {}, () => {});
+for (const button of [0, 1, 2])
+  canvas.node.dispatchEvent(Object.assign(new Event("pointerdown"), { button }));
+return begun;
+"""
+
+
+def test_only_the_first_button_of_a_mouse_drags(page):
+    assert page(BUTTONS) == ["drag"]
 
 
 @pytest.mark.parametrize("align, left", [("left", 100.0), ("center", 86.5)])

@@ -34,15 +34,18 @@ globalThis.matchMedia = () => ({
 globalThis.setInterval = (work) => running.add(work) && work;
 globalThis.clearInterval = (work) => running.delete(work);
 
-const hearing = [];
+const [hearing, following] = [[], []];
 const answer = (message) => hearing.forEach((hear) => hear(message));
 const model = {
   asked: [],
-  moved: null,
-  get: (name) => data[name],
-  set: (name, value) => (model[name] = value),
+  moved: {},
+  get: (name) => model[name] ?? data[name],
+  set(name, value) {
+    model[name] = { ...value };
+    for (const hear of following) hear();
+  },
   save_changes() {},
-  on: (_, hear) => hearing.push(hear),
+  on: (what, hear) => (what === "change:moved" ? following : hearing).push(hear),
   send({ name }) {
     model.asked.push(name);
     if (data.kept?.[name]) answer({ name, data: data.kept[name] });
@@ -89,6 +92,25 @@ def test_one_answer_of_the_kernel_is_for_all_cells_of_a_figure(widget):
     assert found["asked"] == ["success-occlusion-0"]
     for words in found["said"]:
         assert any("At T_lim = 0.2: first is" in each for each in words)
+
+
+MOVE = """
+const gains = (cell) => cell.querySelector("[aria-label='gain [1/s], as a number']");
+await until(() => cells.every(gains));
+gains(cells[0]).value = "3";
+gains(cells[0]).dispatchEvent(new Event("change"));
+const later = document.createElement("div");
+live.render({ model, el: later });
+await until(() => gains(later));
+return [...cells, later].map((cell) => Number(gains(cell).value));
+"""
+
+
+@pytest.mark.slow
+def test_all_cells_show_what_was_moved_in_one_and_those_that_come_later_too(
+    in_a_browser,
+):
+    assert shown(in_a_browser, "own.root_locus", MOVE) == [3, 3, 3]
 
 
 PLAY = """

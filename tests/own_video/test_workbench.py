@@ -126,6 +126,16 @@ def test_the_last_choice_counts(car):
     assert len(panel.clip) == LENGTH
 
 
+def test_a_path_that_failed_is_tried_again_when_the_list_is(place):
+    panel = workbench()
+    path = place / "elsewhere.avi"
+    choose(panel, str(path))
+    assert panel.state == EMPTY
+    films.write(path, [films.black()])
+    panel.source.again.click()
+    assert panel.clip.frames.path == path and panel.source.path == str(path)
+
+
 def test_a_typed_path_that_is_a_video_is_chosen_in_the_list_and_stays_there(place):
     panel = Workbench()
     choose(panel, "none.mp4")

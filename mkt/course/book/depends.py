@@ -17,11 +17,12 @@ from typing import Any
 from nbformat import NotebookNode
 
 from mkt.course.book.checks import code_cells, figure_cells, on_page, tree
-from mkt.experiments import cache, dependencies
+from mkt.experiments import cache, dependencies, shipped
 from mkt.experiments.shipped import PAPERS, reachable
 from mkt.figures import export
 from mkt.figures.registry import FIGURES, Entry
-from mkt.files import ROOT
+from mkt.files import DATA, ROOT, DataError
+from mkt.sequences import benchmarks
 
 PACKAGES = ROOT / "environment.txt"
 # What lies beside a module is a template or a table that it reads; scripts and styles
@@ -63,11 +64,22 @@ def of_picture(entry: Entry, *how: Any) -> str:
 def _surroundings(files: Iterable[Path]) -> Iterator[Any]:
     """What results of code that begins in some files depend on."""
     reached = reachable(files)
-    yield os.environ.get("MKT_DATA")
+    yield _benchmarks(os.environ.get("MKT_DATA"))
     yield dependencies.versions()
     yield PACKAGES.read_text("utf-8")
     yield _digests(reached)
     yield [path.read_bytes() for path in beside(reached)]
+    if Path(shipped.__file__) in reached:  # which reads the tables of the release
+        yield [table.read_bytes() for table in sorted(DATA.glob("*.csv"))]
+
+
+@lru_cache(maxsize=4)
+def _benchmarks(root: str | None) -> list[str]:
+    """The sequences that are below MKT_DATA, with what is in their folders."""
+    try:
+        return [found.identity() for found in benchmarks.sequences()]
+    except DataError:  # what reads them will report this
+        return [str(root)]
 
 
 def _digests(files: set[Path]) -> list[str]:

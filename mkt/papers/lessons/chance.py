@@ -36,7 +36,7 @@ def false_start(n: int, epsilon: ArrayLike, b: ArrayLike) -> Array:
     array
         The upper tail of a binomial distribution.
     """
-    return scipy.stats.binom.sf(np.floor(np.multiply(b, n)), n, epsilon)
+    return scipy.stats.binom.sf(np.floor(np.multiply(b, n) + 1e-9), n, epsilon)
 
 
 @figure(
