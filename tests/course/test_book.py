@@ -1,6 +1,7 @@
 """The book: its contents, its notebooks as stored and as run, and the site."""
 
 import re
+import shutil
 import time
 from dataclasses import replace
 from html import unescape
@@ -30,7 +31,7 @@ from mkt.experiments import claims, leaderboard, shipped
 from mkt.experiments.claims_as_text import measured
 from mkt.figures.registry import FIGURES
 from mkt.figures.static_panel import FILES
-from mkt.files import PACKAGE
+from mkt.files import DATA, PACKAGE
 from mkt.trackers import by_name
 from tests.course import worked
 
@@ -389,6 +390,41 @@ def test_a_key_follows_code_packages_and_data_but_not_text(monkeypatch):
     notebook.cells[0].source += "\n"
     keys.append(depends.of_chapter(notebook))
     assert len(set(keys)) == len(keys) == 6
+
+
+def test_what_reads_the_tables_of_the_release_has_them_in_its_key(
+    tmp_path, monkeypatch
+):
+    def of(name):
+        return depends.of_picture(FIGURES[name])
+
+    names = "own.survival", "cordoba2014.ablation", "own.newton"
+    before = {name: of(name) for name in names}
+    for table in sorted(DATA.glob("*.csv")):
+        shutil.copy(table, tmp_path)
+    monkeypatch.setattr(depends, "DATA", tmp_path)
+    assert {name: of(name) for name in names} == before
+    for table in tmp_path.iterdir():
+        text = table.read_text()
+        table.write_text(text + "more\n")
+        changed = {name for name in names if of(name) != before[name]}
+        assert changed == {"own.survival", "cordoba2014.ablation"}, table.name
+        table.write_text(text)
+
+
+def test_a_benchmark_that_comes_or_changes_makes_another_key(tmp_path, monkeypatch):
+    notebook = cells("from mkt.figures import show")
+    keys = []
+    monkeypatch.setenv("MKT_DATA", str(tmp_path))
+    ball = tmp_path / "bobot" / "ball" / "truth.txt"
+    for text in (None, "0 0 0 1 1\n", "0 0 0 1 .5\n"):
+        if text:
+            ball.parent.mkdir(parents=True, exist_ok=True)
+            ball.write_text(text)
+        depends._benchmarks.cache_clear()
+        keys.append(depends.of_chapter(notebook))
+    depends._benchmarks.cache_clear()
+    assert len(set(keys)) == 3
 
 
 def test_of_the_code_that_a_chapter_reaches_all_but_comments_is_in_its_key(

@@ -211,6 +211,8 @@ def test_mistakes_end_the_cell_with_the_known_names(mode, monkeypatch):
         ValueError, match="no parameter 'slop'; it takes slope, color, title"
     ):
         explore("toy.line", slop=1)
+    with pytest.raises(ValueError, match="toy.line: color is 'gren'; it takes 'red', "):
+        explore("toy.line", color="gren")
     with pytest.raises(ArithmeticError):
         explore("toy.line", slope=3)
 

@@ -1,5 +1,7 @@
 """Tracks as text: ours there and back, and boxes of other programs in each form."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -101,6 +103,9 @@ def test_what_we_write_is_read_again(data, tmp_path, ending):
     assert np.allclose(rows[:, 6], score[kept], rtol=1e-3, atol=0)
     if ending == ".txt":
         assert rows[:, 0].tolist() == [2, 3, 5]
+        loud = str(tmp_path / "MINE.TXT")  # a path may be text, and an ending loud
+        tracks.write(Track(turned, score, lost, {}), loud, found.first)
+        assert Path(loud).read_text() == path.read_text()
 
 
 @pytest.mark.parametrize(
