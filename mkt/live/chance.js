@@ -48,8 +48,9 @@ class Chance {
     this.probabilities = binomial(particles, p);
     const each = falseStart(particles, p, b);
     const none = (1 - each) ** this.wait;
-    const start = each < 1e-15 ? "practically never" : `one frame in ${few(1 / each)}`;
-    this.said.textContent = `Of ${particles} samples ${number(p * particles)} appear by chance in a frame, on average; more than ${Math.floor(b * particles)} start the tracking: ${start}. With ${percent(none)} there is no false start in ${this.wait} frames.`; // prettier-ignore
+    const often = each > 0.99 ? "nearly every frame" : `one frame in ${few(1 / each)}`;
+    const start = each < 1e-12 ? "practically never" : often;
+    this.said.textContent = `Of ${particles} samples ${number(p * particles)} appear by chance in a frame, on average; more than ${Math.floor(b * particles + 1e-9)} start the tracking: ${start}. With ${percent(none)} there is no false start in ${this.wait} frames.`; // prettier-ignore
     this.counts.node.setAttribute("aria-label", `How many samples appear by chance: a false start with ${few(each)} per frame`); // prettier-ignore
     this.waits.node.setAttribute("aria-label", `No false start in ${this.wait} frames with ${percent(none)}`); // prettier-ignore
     this.counts.redraw();

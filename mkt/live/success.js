@@ -53,7 +53,9 @@ class Success {
     const { limit } = this.controls.values;
     const [first, second] = this.rows;
     const percent = ({ share }) => `${(100 * share).toFixed(1)} %`;
-    this.said.textContent = `At T_lim = ${number(limit)}: first is ${first.label} with ${percent(first)} of the seen frames, then ${second.label} with ${percent(second)}.`; // prettier-ignore
+    const next = first.share === second.share ? `and so is ${second.label}` : `then ${second.label} with ${percent(second)}`; // prettier-ignore
+    const best = `first is ${first.label} with ${percent(first)} of the seen frames, ${next}`;
+    this.said.textContent = `At T_lim = ${number(limit)}: ${first.share ? best : "no tracker exceeds it"}.`; // prettier-ignore
     const order = this.rows.map((row) => `${row.label} ${percent(row)}`).join(", ");
     this.curves.node.setAttribute("aria-label", `Success curves of ${this.rows.length} trackers, the limit at ${number(limit)}`); // prettier-ignore
     this.ranking.node.setAttribute("aria-label", `Ranking: ${order}`);

@@ -244,7 +244,7 @@ def fig6(
     clip, track, waiting = student_run(b, placement, particles, tree)
     again = found_again(waiting, TREE)
     first, second = PASSES
-    frames = [30, first, first + 12, TREE, again, again + 15, second, 215]
+    frames = sorted([30, first, first + 12, TREE, again, again + 15, second, 215])
     for ax, k in zip(_tiles(fig, 2, 4, top=0.935).flat, frames, strict=True):
         draw_mode(ax, clip, track, k, waiting[k])
     return shown(_student_table(clip, track, waiting), frames=frames)

@@ -14,7 +14,7 @@ from mkt.plotting import CONTRAST, DESIRED, in_style, new_figure
 from mkt.servoing.loop import Experiment, Run
 from mkt.types import Frame
 
-COLORS = {"$x_n$": CONTRAST[1], "$y_n$": CONTRAST[0]}
+COLORS = {"$x_n$": CONTRAST[0], "$y_n$": CONTRAST[1]}
 
 
 def film(

@@ -234,8 +234,9 @@ def fig7(
 ) -> Shown:
     """The frames of figure 6.
 
-    Run 0 of figure 6, the thick one, the same frames in every row: before the
+    Run 0 of figure 6 as Python draws it, the same frames in every row: before the
     occlusion, in its middle, as soon as the target is out again, and on to the end.
+    Where figure 6 computes in the page, its runs have noise and chance of their own.
     Synthetic data.  Dashed in black and white the truth, also while the screen hides
     the target; coloured the estimate, with a tick along the object's x.  The paper
     prints a real sequence and no truth.
