@@ -241,6 +241,8 @@ def test_the_film_goes_beat_by_beat_and_back(opened):
     panel.get_by_role("button", name="play").click()
     panel.locator(".mkt-reset").click()
     panel.get_by_role("button", name="play").wait_for()  # it rests
+    said = panel.locator("p[role=status]", has_text="Frame")
+    assert said.get_attribute("aria-live") is None  # it is read out again
     slide(panel, "frame").fill("8")
     slide(panel, "beats a second").fill("20")
     panel.get_by_role("button", name="play").click()

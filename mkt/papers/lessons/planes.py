@@ -232,10 +232,10 @@ def _draw_start(ax: Axes, kind: str, seed: int, off: tuple[float, ...]) -> None:
     _, _, frame, truth = look(kind, seed)
     start = start_from(kind, seed, *off)
     show_frame(ax, pale(frame), f"scene {seed}")
-    draw_outline(ax, truth)
     draw_outline(ax, start, "0.4", lw=1.2, ls="--")
     for name, homography in aligned(kind, seed, start).items():
         draw_outline(ax, homography, COLORS[name], lw=WIDTHS[name])
+    draw_outline(ax, truth, lw=1)  # thin and last, or a good end would cover it
 
 
 def _draw_shares(ax: Axes, errors: dict[str, Array]) -> None:

@@ -197,8 +197,8 @@ def learnt_motion(
     """Where motion models believe that a target goes.
 
     Left, frame k of a path with the target's true middle in the last frames and the
-    next (black), and for each model 200 particles some frames ahead, which started from
-    the true region and the true change of it.  Right, hits of filters with 20 particles
+    next (a black line, with a cross where it is then), and for each model 200 particles
+    some frames ahead, which started from the true region and the true change of it.  Right, hits of filters with 20 particles
     over the held-back scenes of the same kind.  The learnt models are those of the
     chapter, from the true paths of other scenes.  Synthetic data.
     """
@@ -216,7 +216,8 @@ def learnt_motion(
         inside[name] = float(np.mean(off < 10))
         spread[name] = float(np.median(off))
     axes[0].plot(*truth[k - 5 : k + ahead + 1, :2].T, "-", color=TRUTH, lw=1.5)
-    axes[0].plot(*truth[k + ahead, :2], "x", color=TRUTH, ms=9, mew=2)
+    for color, size, thick in (("white", 15, 6), (TRUTH, 12, 2.5)):
+        axes[0].plot(*truth[k + ahead, :2], "x", color=color, ms=size, mew=thick)
     bars = axes[1].barh(list(spread), list(spread.values()))
     for bar, color in zip(bars, MODELS.values(), strict=True):
         bar.set_color(color)
