@@ -2,7 +2,7 @@
 // and delay; the start is dragged, too.
 
 import { load } from "./host.js";
-import { axes, bitmap, Canvas, Controls, el, number, outline, takeOver, write } from "./page.js"; // prettier-ignore
+import { axes, bitmap, Canvas, Controls, el, legible, number, outline, takeOver, write } from "./page.js"; // prettier-ignore
 import { approached } from "./servoing.js";
 import { drawTable } from "./table.js";
 
@@ -125,13 +125,14 @@ class Approach {
 
   drawPlot(pen, width, i, unit, names, values, styles, reach, promised) {
     const ink = pen.strokeStyle;
+    const colors = styles.map(({ color }) => legible(pen, ink, color));
     const box = [44, i * (HEAD + TALL) + HEAD, width - 54, TALL - 14];
     const limits = { x: [0, SECONDS], y: [-reach, reach], bare: i < 2, xlabel: i < 2 ? "" : "time [s]" }; // prettier-ignore
     const { across, down } = axes(pen, box, limits);
     pen.textAlign = "left";
     let left = box[0];
     for (const [k, word] of [unit, ...names].entries()) {
-      pen.fillStyle = k ? styles[k - 1].color : ink;
+      pen.fillStyle = k ? colors[k - 1] : ink;
       left += write(pen, word, left, box[1] - 6) + 12;
     }
     pen.save();
@@ -139,7 +140,7 @@ class Approach {
     pen.rect(...box);
     pen.clip();
     const line = (series, k, dashes, thick) => {
-      Object.assign(pen, { strokeStyle: styles[k].color, lineWidth: thick });
+      Object.assign(pen, { strokeStyle: colors[k], lineWidth: thick });
       pen.setLineDash(dashes);
       pen.beginPath();
       const far = 9 * reach; // what runs away may be infinite

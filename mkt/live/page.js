@@ -321,6 +321,24 @@ export function write(pen, words, x, y) {
   return width;
 }
 
+// Red, green and blue of a colour; a pen gives it back as "#rrggbb".
+function channels(pen, color) {
+  pen.strokeStyle = color;
+  return [1, 3, 5].map((at) => parseInt(pen.strokeStyle.slice(at, at + 2), 16));
+}
+
+const brightness = ([r, g, b]) => 0.3 * r + 0.59 * g + 0.11 * b; // from 0 to 255
+
+// A colour of lines and letters, lighter where it is too dark for a page by night, whose
+// ink is bright.
+export function legible(pen, ink, color) {
+  const { strokeStyle } = pen;
+  const [bright, own] = [ink, color].map((each) => channels(pen, each));
+  pen.strokeStyle = strokeStyle;
+  if (brightness(bright) < 128 || brightness(own) > 90) return color;
+  return `rgb(${own.map((each) => Math.round((each + 255) / 2)).join(" ")})`;
+}
+
 // Round steps between two values, about so many.
 function ticks(low, high, most) {
   const rough = (high - low) / most;

@@ -2,7 +2,7 @@
 
 import { linspace, success } from "./engine.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, el, number, takeOver } from "./page.js";
+import { axes, Canvas, Controls, el, legible, number, takeOver } from "./page.js";
 
 const LIMITS = linspace(0, 1, 21); // of the curves, as in mkt.evaluation
 const ROW = 19; // [px]
@@ -94,7 +94,8 @@ class Success {
   style(pen, { color, dashes }, faint) {
     // Black lines are of the page's ink, to be seen by night too.
     const ink = getComputedStyle(pen.canvas).color;
-    Object.assign(pen, { strokeStyle: color === "black" ? ink : color, lineWidth: 2 });
+    pen.strokeStyle = color === "black" ? ink : legible(pen, ink, color);
+    pen.lineWidth = 2;
     pen.globalAlpha = faint ? 0.15 : 1;
     pen.setLineDash(DASHES[dashes]);
   }
