@@ -198,9 +198,10 @@ def learnt_motion(
 
     Left, frame k of a path with the target's true middle in the last frames and the
     next (a black line, with a cross where it is then), and for each model 200 particles
-    some frames ahead, which started from the true region and the true change of it.  Right, hits of filters with 20 particles
-    over the held-back scenes of the same kind.  The learnt models are those of the
-    chapter, from the true paths of other scenes.  Synthetic data.
+    some frames ahead, which started from the true region and the true change of it.
+    Right, hits of filters with 20 particles over the held-back scenes of the same kind.
+    The learnt models are those of the chapter, from the true paths of other scenes.
+    Synthetic data.
     """
     axes = fig.subplots(
         1, 3, width_ratios=(1.25, 1, 0.9), gridspec_kw=LEFT | {"wspace": 0.5}
