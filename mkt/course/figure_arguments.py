@@ -1,6 +1,7 @@
 """Figures in words: what the command line lists, and what NAME=VALUE means."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 from mkt.course.own_tracker import enter
@@ -71,8 +72,8 @@ def parameters(entry: Entry, assignments: Iterable[str]) -> dict[str, Any]:
     return result
 
 
-def own_tracker(entry: Entry, name: str) -> dict[str, str]:
-    """The parameters by which a figure shows a tracker of the user's own.
+def own_tracker(entry: Entry, name: str) -> tuple[Entry, dict[str, str]]:
+    """A figure with a tracker of the user's own among its choices, and how to show it.
 
     Raises
     ------
@@ -85,7 +86,10 @@ def own_tracker(entry: Entry, name: str) -> dict[str, str]:
             f"own, and {ALL_TRACKERS} all"
         )
     enter(name)
-    return {"tracker": name} if "tracker" in entry.defaults else {}
+    if "tracker" not in entry.defaults:
+        return entry, {}
+    choices = {"tracker": [*entry.values("tracker"), name]}
+    return replace(entry, sliders=entry.sliders | choices), {"tracker": name}
 
 
 def _value(entry: Entry, name: str, text: str) -> Any:

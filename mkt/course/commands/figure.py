@@ -109,6 +109,7 @@ def run(args) -> None:
         entry = FIGURES[args.id]
         parameters = figure_arguments.parameters(entry, args.set)
         if args.tracker:
-            parameters |= figure_arguments.own_tracker(entry, args.tracker)
+            entry, own = figure_arguments.own_tracker(entry, args.tracker)
+            parameters |= own
         export.write(entry, args.output, parameters)
     print(args.output)
