@@ -93,6 +93,7 @@ def test_numbers_beyond_the_bins_are_refused():
         ({"others": (np.zeros((3, 3), np.uint8),)}, r"others .*\(3, 3\).* alike"),
         ({"shares": np.ones(3, np.float32)}, "shares .* each of the 5 bins"),
         ({"compasses": ((3, 10),)}, r"compasses has \(3, 10\), .* 0 to 4"),
+        ({"compasses": ((4, 2),)}, r"compasses has \(4, 2\)"),
         ({"compasses": ((-1, 2),)}, r"compasses has \(-1, 2\)"),
         ({"pitch": 0}, "pitch is 0"),
         ({"pitch": 1.5}, "pitch is 1.5"),

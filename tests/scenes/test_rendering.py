@@ -175,6 +175,7 @@ def test_points_that_cannot_be_are_refused_with_their_field():
         ("path", ()),
         ("path", ((0.0, 160.0, 120.0, 0.0),)),
         ("path", [(0.0, 160.0, 120.0, 0.0, 1.0)]),
+        ("path", ([0.0, 160.0, 120.0, 0.0, 1.0],)),
         ("turn", ((0.0, 1.5),)),
         ("turn", ((0.0,),)),
         ("tilt", ()),

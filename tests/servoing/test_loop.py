@@ -401,6 +401,8 @@ def test_a_tracker_that_is_lost_need_not_give_a_region():
         np.testing.assert_array_equal(one, other)
     assert np.isnan(nothing[2].features).all() and np.isnan(nothing[2].error).all()
     np.testing.assert_array_equal(nothing[2].twist, given[2].twist)
+    with pytest.raises(ValueError, match="hence no features"):
+        Servo().step(Servo().init(), [np.nan] * 5)
 
 
 def test_a_target_without_area_is_refused():
