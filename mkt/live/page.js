@@ -32,6 +32,10 @@ export async function pixels(address) {
 // The same as a picture that a canvas draws.
 export const bitmap = async (address) => createImageBitmap(await pixels(address));
 
+// Says in a panel what went wrong with its figure, whose picture stays.
+export const complain = (panel) => ({ message }) =>
+  panel.prepend(el("p", { class: "mkt-note", role: "alert" }, message));
+
 // What each element of a panel hears when the panel is gone for good, to end what runs on.
 export const GONE = "mkt-gone";
 

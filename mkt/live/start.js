@@ -3,6 +3,7 @@
 import { camera } from "./camera.js";
 import { LIVE } from "./figures.js";
 import { worker } from "./host.js";
+import { complain } from "./page.js";
 
 // The first panel of each live figure that has sliders, {name: panel}.
 function found() {
@@ -21,7 +22,7 @@ function begin(panel, file) {
   const start = ([{ isIntersecting }], observer) => {
     if (!isIntersecting) return;
     observer.disconnect();
-    LIVE[file](panel, file);
+    LIVE[file](panel, file).catch(complain(panel));
   };
   new IntersectionObserver(start, { rootMargin: "800px" }).observe(panel);
 }

@@ -132,7 +132,10 @@ class Wall {
   }
 
   hear({ kind, ticket, tracks, words }) {
-    if (kind === "trouble") this.said.textContent = words;
+    if (kind === "trouble") {
+      this.asked = null;
+      this.said.textContent = words;
+    }
     if (kind !== "run") return;
     const { key, run } = this.asked;
     this.asked = null;

@@ -2,7 +2,7 @@
 
 import { LIVE } from "./figures.js";
 import { host } from "./host.js";
-import { el, leave } from "./page.js";
+import { complain, el, leave } from "./page.js";
 
 // The kernel in the place of the page: it makes the data, and hears what is moved.
 function kernel(model) {
@@ -47,8 +47,7 @@ export function render({ model, el: cell }) {
   // on the element itself first.
   const own = ({ target }) => target.setAttribute("data-lm-suppress-shortcuts", "true");
   cell.append(el("div", { class: "mkt-cell", onfocusin: own }, panel));
-  const say = ({ message }) => panel.prepend(el("p", { class: "mkt-note", role: "alert" }, message)); // prettier-ignore
-  const begun = LIVE[name](panel, name).catch(say);
+  const begun = LIVE[name](panel, name).catch(complain(panel));
   const end = () => leave(panel);
   return () => {
     end();

@@ -631,6 +631,21 @@ def test_without_javascript_the_pictures_stay(site, browser):
     context.close()
 
 
+def test_where_its_data_are_missing_a_figure_says_so_and_the_picture_stays(
+    site, browser
+):
+    page = browser.new_page(viewport=WIDE)
+    page.route("**/live/success-*.js", lambda route: route.abort())
+    page.route("**/live/own.success.js", lambda route: route.abort())
+    page.goto((site / f"{SUCCESS}.html").as_uri())
+    panel = page.locator(".mkt-soon").first
+    panel.scroll_into_view_if_needed()
+    panel.get_by_role("alert").wait_for()
+    assert "is missing: build the book anew" in panel.inner_text()
+    assert panel.locator(".mkt-shown img").is_visible()
+    page.close()
+
+
 def test_from_a_file_server_it_asks_for_nothing_else(served, browser):
     page = browser.new_page(viewport=WIDE)
     asked = []
