@@ -1,6 +1,7 @@
 // What stands round live figures: a page of the book, or, where widget.js has put itself
 // in its place, a cell of JupyterLab.
 
+const AT_ONCE = 1000; // [ms]
 const HERE = document.currentScript?.src;
 
 export const host = {
@@ -26,11 +27,15 @@ export const host = {
   },
   // Call `again` when it asks for something else.
   heard: (again) => addEventListener("hashchange", again),
-  // Have it carry the settings of a figure, "name=value&...".
+  // Have it carry the settings of a figure, "name=value&...".  Moves that follow one
+  // another at once are one step back.
   keep(key, words) {
     const mine = location.hash.split("?")[0] === `#${key}`;
     if (this.link(key, words) === location.href || (!mine && !words)) return;
-    history.pushState(null, "", this.link(key, words));
+    const now = performance.now();
+    const on = mine && now - this.kept < AT_ONCE;
+    history[on ? "replaceState" : "pushState"](null, "", this.link(key, words));
+    this.kept = now;
   },
   link: (key, words) => `${location.href.split("#")[0]}#${key}${words && "?"}${words}`,
 };
