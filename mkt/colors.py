@@ -51,7 +51,8 @@ class BinImage:
     ------
     ValueError
         For another shape or type, layers that differ in these, and a bin number that is
-        too large: each would be counted in memory that belongs to something else.
+        too large: each would be counted in memory that belongs to something else.  Also
+        for shares, compasses, an m and a pitch that do not fit.
 
     Examples
     --------

@@ -15,7 +15,9 @@ export function tails(probabilities) {
   return above.toReversed();
 }
 
+// The largest number of n samples that starts nothing; .29 x 100 is rounded to less
+// than 29.
+export const most = (b, n) => Math.floor(b * n + 1e-9);
+
 // The probability that more than b n of n appear by chance.
-export function falseStart(n, p, b) {
-  return tails(binomial(n, p))[Math.floor(b * n + 1e-9)]; // .29 x 100 is less than 29
-}
+export const falseStart = (n, p, b) => tails(binomial(n, p))[most(b, n)];

@@ -1,6 +1,6 @@
 // own.chance, live: how many samples appear by chance, and how long none starts.
 
-import { binomial, falseStart, tails } from "./binomial.js";
+import { binomial, falseStart, most, tails } from "./binomial.js";
 import { load } from "./host.js";
 import { axes, Canvas, Controls, el, number, takeOver } from "./page.js";
 
@@ -50,7 +50,7 @@ class Chance {
     const none = (1 - each) ** this.wait;
     const often = each > 0.99 ? "nearly every frame" : `one frame in ${few(1 / each)}`;
     const start = each < 1e-12 ? "practically never" : often;
-    this.said.textContent = `Of ${particles} samples ${number(p * particles)} appear by chance in a frame, on average; more than ${Math.floor(b * particles + 1e-9)} start the tracking: ${start}. With ${percent(none)} there is no false start in ${this.wait} frames.`; // prettier-ignore
+    this.said.textContent = `Of ${particles} samples ${number(p * particles)} appear by chance in a frame, on average; more than ${most(b, particles)} start the tracking: ${start}. With ${percent(none)} there is no false start in ${this.wait} frames.`; // prettier-ignore
     this.counts.node.setAttribute("aria-label", `How many samples appear by chance: a false start with ${few(each)} per frame`); // prettier-ignore
     this.waits.node.setAttribute("aria-label", `No false start in ${this.wait} frames with ${percent(none)}`); // prettier-ignore
     this.counts.redraw();
@@ -72,7 +72,7 @@ class Chance {
     const last = Math.round(this.highest * particles);
     this.probabilities.slice(0, last + 1).forEach((probability, k) => {
       const high = Math.max(Math.log10(probability), -DECADES);
-      pen.fillStyle = this.colors[k > b * particles ? 1 : 0];
+      pen.fillStyle = this.colors[k > most(b, particles) ? 1 : 0];
       const left = across(k / particles) - thick / 2;
       pen.fillRect(left, down(high), thick, down(-DECADES) - down(high));
     });

@@ -2,6 +2,7 @@
 // dragged, and those that look enough like the model appear.
 
 import { coefficient, disc, place, summary } from "./appearance.js";
+import { most } from "./binomial.js";
 import { colorBins, random } from "./engine.js";
 import { load } from "./host.js";
 import { axes, bitmap, Canvas, Controls, dot, el, number, pixels, takeOver } from "./page.js"; // prettier-ignore
@@ -81,7 +82,7 @@ class Doors {
 
   draw() {
     const { frame, particles } = this.controls.values;
-    const needed = Number((this.share * particles).toFixed(9)); // as .29 x 100 is 29
+    const needed = most(this.share, particles);
     const begun = this.positives > needed;
     this.said.textContent = `Frame ${frame}: ${this.positives} of ${particles} appear; it takes more than ${number(needed)}, so the tracking ${begun ? "starts" : "does not start"}.`; // prettier-ignore
     this.view.node.setAttribute("aria-label", `Frame ${frame} with ${particles} samples, of which ${this.positives} appear`); // prettier-ignore
@@ -121,9 +122,9 @@ class Doors {
     if (!this.rho) return;
     const ink = pen.fillStyle;
     const { counts, mean } = this.around;
-    const most = Math.max(...counts);
+    const tallest = Math.max(...counts);
     const box = [34, 22, width - 42, height - 84];
-    const { across, down } = axes(pen, box, { x: [0, 1], y: [0, most], ylabel: "ellipses of the background" }); // prettier-ignore
+    const { across, down } = axes(pen, box, { x: [0, 1], y: [0, tallest], ylabel: "ellipses of the background" }); // prettier-ignore
     const wide = across(1 / counts.length) - across(0);
     pen.fillStyle = BARS;
     counts.forEach((count, i) => pen.fillRect(across(i / counts.length), down(count), wide, down(0) - down(count))); // prettier-ignore

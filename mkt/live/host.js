@@ -25,8 +25,11 @@ export const host = {
     const [mine, words = ""] = location.hash.split("?");
     return mine === `#${key}` ? words : null;
   },
-  // Call `again` when it asks for something else.
-  heard: (again) => addEventListener("hashchange", again),
+  // Call `again` when it asks for something else, until what is returned is called.
+  heard(again) {
+    addEventListener("hashchange", again);
+    return () => removeEventListener("hashchange", again);
+  },
   // Have it carry the settings of a figure, "name=value&...".  Moves that follow one
   // another at once are one step back.
   keep(key, words) {

@@ -124,7 +124,7 @@ export class Controls {
     this.node.append(
       el("button", { type: "button", class: "mkt-reset", onclick: reset }, "reset"),
     );
-    host.heard(() => this.read(true));
+    this.node.addEventListener(GONE, host.heard(() => this.read(true)));
   }
 
   // Move some controls; `quick` while a hand is still moving them.

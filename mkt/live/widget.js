@@ -20,7 +20,10 @@ function kernel(model) {
     },
     // A further view, and other cells, show what was moved in one.
     asked: () => new URLSearchParams(model.get("moved")).toString() || null,
-    heard: (again) => model.on("change:moved", again),
+    heard(again) {
+      model.on("change:moved", again);
+      return () => model.off("change:moved", again);
+    },
     keep(_key, _words, values) {
       model.set("moved", values);
       model.save_changes();

@@ -535,6 +535,7 @@ def test_samples_wait_as_pythons_do_and_doors_are_dragged(opened):
     drawn = [door.draw(**settings, seed=seed)[1] for seed in range(3)]
     wanted = [shown["positives"] for shown in drawn]
     assert 150 < min(wanted) and abs(appearing(panel) - np.mean(wanted)) < 40
+    assert "it takes more than 40," in panel.inner_text()
     plot = panel.locator("canvas").nth(1).get_attribute("aria-label")
     limit, student = (f"{drawn[0][name]:.2f}" for name in ("limit", "student"))
     assert f"limit at {limit}" in plot and f"student at {student}" in plot

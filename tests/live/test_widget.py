@@ -46,6 +46,7 @@ const model = {
   },
   save_changes() {},
   on: (what, hear) => (what === "change:moved" ? following : hearing).push(hear),
+  off: (_, hear) => following.splice(following.indexOf(hear), 1),
   send({ name }) {
     model.asked.push(name);
     if (data.kept?.[name]) answer({ name, data: data.kept[name] });
@@ -111,6 +112,18 @@ def test_all_cells_show_what_was_moved_in_one_and_those_that_come_later_too(
     in_a_browser,
 ):
     assert shown(in_a_browser, "own.root_locus", MOVE) == [3, 3, 3]
+
+
+@pytest.mark.slow
+def test_a_cell_that_is_gone_follows_nothing_any_more(in_a_browser):
+    body = """
+    await until(() => following.length === 2);
+    ends[0]();
+    const one = following.length;
+    ends[1]();
+    return [one, following.length];
+    """
+    assert shown(in_a_browser, "own.root_locus", body) == [1, 0]
 
 
 PLAY = """

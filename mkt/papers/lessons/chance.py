@@ -36,7 +36,15 @@ def false_start(n: int, epsilon: ArrayLike, b: ArrayLike) -> Array:
     array
         The upper tail of a binomial distribution.
     """
-    return scipy.stats.binom.sf(np.floor(np.multiply(b, n) + 1e-9), n, epsilon)
+    return scipy.stats.binom.sf(_most(b, n), n, epsilon)
+
+
+def _most(b: ArrayLike, n: int) -> Array:
+    """The largest number of n samples that starts nothing.
+
+    A product such as .29 x 100 is rounded to less than 29.
+    """
+    return np.floor(np.multiply(b, n) + 1e-9)
 
 
 @figure(
@@ -67,7 +75,7 @@ def chance(
 
     fig.subplots_adjust(left=0.075, right=0.985, bottom=0.15, top=0.9, wspace=0.22)
     left, right = fig.subplots(1, 2)
-    above = counts > b * particles
+    above = counts > _most(b, particles)
     for part, color in ((~above, CONTRAST[0]), (above, DESIRED)):
         left.bar(limits[part], probability[part], 0.9 / particles, color=color)
     left.set(yscale="log", ylim=(LEAST, 1), xlabel="share of the samples that appear")
