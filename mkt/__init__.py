@@ -45,8 +45,10 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `~mkt.scenes.cards` in space
 `mkt.sequences`    `~mkt.sequences.video` in, `~mkt.sequences.writing` out,
                    `~mkt.sequences.quiet`, `~mkt.sequences.tracks` as text,
-                   `~mkt.sequences.truth_formats`, `~mkt.sequences.benchmarks`,
-                   `~mkt.sequences.parts` of them, `~mkt.sequences.carphone`
+                   `~mkt.sequences.truth_formats` and `~mkt.sequences.mot`, from
+                   `~mkt.sequences.rows` to a `~mkt.sequences.truth`;
+                   `~mkt.sequences.benchmarks`, `~mkt.sequences.parts` of them,
+                   `~mkt.sequences.carphone`
 `mkt.servoing`     `~mkt.servoing.features`, `~mkt.servoing.law`,
                    `~mkt.servoing.self_motion`, `~mkt.servoing.poles`,
                    `~mkt.servoing.robot`, `~mkt.servoing.loop`,
@@ -140,7 +142,8 @@ _PUBLIC = {
     "mkt.scenes.layers": "Layer",
     "mkt.scenes.rendering": "Scene",
     "mkt.sequences.carphone": "Carphone carphone",
-    "mkt.sequences.truth_formats": "bobot mot otb video vot",
+    "mkt.sequences.mot": "mot",
+    "mkt.sequences.truth_formats": "bobot otb video vot",
     "mkt.servoing.features": "Camera error features interaction_matrix moments",
     "mkt.servoing.law": "AdaptiveGain twist",
     "mkt.servoing.loop": "Experiment Servo close_loop",

@@ -17,7 +17,8 @@ from mkt.checks import LONGEST
 from mkt.course import cli
 from mkt.own_video.settings import Settings, load, numbers_of, settled
 from mkt.regions import HX, HY
-from mkt.sequences.truth_formats import bobot, mot_main, otb, vot
+from mkt.sequences.mot import mot_main
+from mkt.sequences.truth_formats import bobot, otb, vot
 from mkt.trackers import by_name
 from tests.own_video import films
 from tests.sequences.written import WIDTH, numbers, write_images

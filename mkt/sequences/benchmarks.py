@@ -3,8 +3,8 @@
 None is needed, and none comes with the library: their licences differ, and they are
 large.  `listing` is what ``python3 -m mkt data`` prints, `check` opens a sequence and
 says what is wrong with it, `sequences` is what the leaderboard runs over.  The formats
-are those of `mkt.sequences.truth_formats`; the folders lie below the one that the
-environment variable MKT_DATA names.
+are those of `mkt.sequences.truth_formats` and `mkt.sequences.mot`; the folders lie
+below the one that the environment variable MKT_DATA names.
 
 Explained in notebook 14.
 """
@@ -19,7 +19,8 @@ import numpy as np
 
 from mkt.evaluation import scored_frames
 from mkt.files import DataError
-from mkt.sequences.truth_formats import bobot, mot_ids, mot_main, mot_part, otb, vot
+from mkt.sequences.mot import mot_ids, mot_main, mot_part
+from mkt.sequences.truth_formats import bobot, otb, vot
 from mkt.tracking import Sequence
 
 

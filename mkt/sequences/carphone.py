@@ -6,7 +6,7 @@ import numpy as np
 
 from mkt.checks import counts
 from mkt.files import PACKAGE, installed_file
-from mkt.sequences.truth_formats import read_numbers
+from mkt.sequences.rows import read_rows
 from mkt.sequences.video import VideoFile
 from mkt.tracking import Sequence
 from mkt.types import NDArray, Regions
@@ -92,7 +92,7 @@ def _to_and_fro(length: int, frames: int | None) -> NDArray:
 
 def _truth(length: int) -> Regions:
     """Our annotation, interpolated to every frame: (length, 5)."""
-    _, rows = read_numbers(ANNOTATION, (6,), header=True)
+    _, rows = read_rows(ANNOTATION, (6,), header=True)
     rows[:, 3] = np.unwrap(np.radians(rows[:, 3]))
     annotated, *columns = rows.T
     shown = np.arange(length)

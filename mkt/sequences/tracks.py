@@ -14,9 +14,11 @@ import numpy as np
 
 from mkt.evaluation import overlap
 from mkt.files import DataError, existing_file, whole
-from mkt.regions import HX, HY, from_box, to_box
-from mkt.sequences import truth_formats
+from mkt.regions import HX, HY, to_box
+from mkt.sequences import mot, truth_formats
 from mkt.sequences.benchmarks import Found
+from mkt.sequences.rows import read_rows
+from mkt.sequences.truth import refuse_no_region
 from mkt.sequences.video import ImageFolder
 from mkt.tracking import Info, Sequence, Track
 from mkt.types import NDArray, Regions
@@ -32,7 +34,7 @@ COLUMNS = (
     "lost",
 )
 NOTHING = "correct the row, with NaN or zeros for all of it where nothing was found"
-ONE = 1  # the id of the target in MOT's rows, and what its frames and pixels begin with
+TARGET = 1  # its id in MOT's rows
 
 
 def row(k: int, info: Info) -> list[Any]:
@@ -48,8 +50,8 @@ def mot_row(k: int, info: Info) -> list[Any]:
     It is ``frame,id,left,top,width,height,confidence,-1,-1,-1``.
     """
     x, y, w, h = to_box(info["region"])
-    numbers = [f"{number:.3f}" for number in (x + ONE, y + ONE, w, h)]
-    return [k + ONE, ONE, *numbers, f"{info['score']:.4g}", -1, -1, -1]
+    numbers = [f"{number:.3f}" for number in (x + mot.FIRST, y + mot.FIRST, w, h)]
+    return [k + mot.FIRST, TARGET, *numbers, f"{info['score']:.4g}", -1, -1, -1]
 
 
 def write(track: Track, path: str | os.PathLike, first: int = 0) -> None:
@@ -74,15 +76,15 @@ def write(track: Track, path: str | os.PathLike, first: int = 0) -> None:
         {"region": region, "score": score, "lost": lost}
         for region, score, lost in zip(*track[:3], strict=True)
     ]
-    mot = path.suffix.lower() == ".txt"
+    as_mot = path.suffix.lower() == ".txt"
     rows = [
-        mot_row(first + k, info) if mot else row(k, info)
+        mot_row(first + k, info) if as_mot else row(k, info)
         for k, info in enumerate(infos)
-        if not (mot and info["lost"])
+        if not (as_mot and info["lost"])
     ]
     with whole(path) as half, half.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(
-            rows if mot else [COLUMNS, *rows]
+            rows if as_mot else [COLUMNS, *rows]
         )
 
 
@@ -128,14 +130,14 @@ def read(path: Path, found: Found) -> tuple[Track, Sequence]:
 
 def _ours(path: Path, found: Found) -> tuple[Regions, NDArray]:
     """The regions (T, 5) and where they are lost (T,), in our own table."""
-    lines, rows = truth_formats.read_numbers(path, (len(COLUMNS),), header=True)
+    rows, numbers = read_rows(path, (len(COLUMNS),), header=True)
     # Of MOT a part of the sequence is shown, which `track` counts in the whole.
-    first = found.first if rows[0, 0] else 0
-    truth_formats.refuse_misnumbered(path, lines, rows[:, 0], ",".join(COLUMNS), first)
-    regions = rows[:, 1:6]
+    first = found.first if numbers[0, 0] else 0
+    rows.refuse_misnumbered(numbers[:, 0], ",".join(COLUMNS), first)
+    regions = numbers[:, 1:6]
     regions[:, 2] = np.radians(regions[:, 2])
-    truth_formats.refuse_no_region(path, lines, regions, NOTHING)
-    return regions, np.asarray(rows[:, 7] > 0)
+    refuse_no_region(rows, regions, NOTHING)
+    return regions, np.asarray(numbers[:, 7] > 0)
 
 
 def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
@@ -153,29 +155,29 @@ def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
         "OTB": truth_formats.otb_regions,
         "VOT": truth_formats.vot_regions,
     }
-    lines, regions = readers[found.archive.name](path)[:2]
+    rows, regions = readers[found.archive.name](path)[:2]
     regions[~regions[:, [HX, HY]].any(1)] = np.nan  # as many trackers say "nothing"
-    truth_formats.refuse_no_region(path, lines, regions, NOTHING)
+    refuse_no_region(rows, regions, NOTHING)
     return regions
 
 
 def _mot_regions(path: Path, found: Found, clip: Sequence) -> Regions:
-    lines, rows = truth_formats.read_numbers(path, (10, 9, 7))
-    truth_formats.refuse_nan(path, lines, rows[:, :6])  # a confidence may be unknown
+    rows, numbers = read_rows(path, (10, 9, 7))
+    rows.refuse_nan(numbers[:, :6])  # a confidence may be unknown
     first, length = found.first, len(ImageFolder(found.folder / "img1"))
-    index = truth_formats.mot_index(path, lines, rows, length) - first
-    boxes = from_box(rows[:, 2:6] - [ONE, ONE, 0, 0])
+    index = mot.frame_index(rows, numbers, length) - first
+    boxes = mot.regions(numbers)
     begun = index == 0
     if not begun.any():
         raise DataError(
             path,
-            f"no box in frame {first + ONE}, with which {found.name} begins",
+            f"no box in frame {first + mot.FIRST}, with which {found.name} begins",
             "give the rows of the whole sequence",
         )
     nearest = np.argmax(overlap(boxes[begun], clip.truth[0], upright=True))
-    mine = rows[:, 1] == rows[begun][nearest, 1]
+    mine = numbers[:, 1] == numbers[begun][nearest, 1]
     remedy = "correct the row, or remove it where nothing was found"
-    truth_formats.refuse_no_region(path, lines[mine], boxes[mine], remedy)
+    refuse_no_region(rows.of(mine), boxes[mine], remedy)
     inside = mine & (index >= 0) & (index < len(clip))
     regions = np.full((len(clip), 5), np.nan)
     regions[index[inside]] = boxes[inside]

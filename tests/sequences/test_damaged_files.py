@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mkt.files import DataError
-from mkt.sequences.truth_formats import bobot, mot, mot_main, otb, video, vot
+from mkt.sequences.truth_formats import bobot, otb, video, vot
 from mkt.sequences.video import ImageFolder, VideoFile, read_image
 from tests.sequences.written import (
     HEIGHT,
@@ -17,7 +17,6 @@ from tests.sequences.written import (
     WIDTH,
     bobot_folder,
     bobot_row,
-    mot_folder,
     noise,
     numbers,
     otb_folder,
@@ -230,34 +229,3 @@ def test_a_polygon_without_an_area(row, tmp_path):
     folder = vot_folder(tmp_path, row)
     with refused("groundtruth.txt", "zero or negative", "format", 1):
         vot(folder)
-
-
-@pytest.mark.parametrize(
-    "row, what, remedy, line",
-    [
-        (
-            "1,1,11,13,20,10,1,1,0",
-            "the target 1 is never visible",
-            "choose another",
-            None,
-        ),
-        ("1,NaN,11,13,20,10,1,1,1", "NaN is not allowed", "correct", 1),
-        (
-            "1,1,11,13,20,10,1,1,7",
-            "the visibility does not lie between 0 and 1",
-            "correct",
-            1,
-        ),
-        ("1,1.5,11,13,20,10,1,1,1", "the id is no whole number", "correct", 1),
-        ("1,1e300,11,13,20,10,1,1,1", "the id is no whole number", "correct", 1),
-    ],
-)
-def test_a_damaged_mot_file_is_named(row, what, remedy, line, tmp_path):
-    folder = mot_folder(tmp_path, row)
-    with refused("gt.txt", what, remedy, line):
-        mot_main(folder)
-
-
-def test_ids_of_mot_may_be_large(tmp_path):
-    folder = mot_folder(tmp_path, "1,9999999999,11,13,20,10,1,1,1")
-    assert len(mot(folder, 9999999999)) == 4

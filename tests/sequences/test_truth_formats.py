@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mkt.regions import corners, to_box
-from mkt.sequences.truth_formats import bobot, mot, mot_main, otb, video, vot
-from mkt.sequences.video import ImageFolder
+from mkt.sequences.mot import mot
+from mkt.sequences.truth_formats import bobot, otb, video, vot
 from tests.sequences.written import (
     BOX,
     HEIGHT,
@@ -16,7 +16,6 @@ from tests.sequences.written import (
     WIDTH,
     bobot_folder,
     bobot_row,
-    mot_folder,
     numbers,
     otb_folder,
     refused,
@@ -73,42 +72,6 @@ def test_vot_boxes_agree_with_polygons(tmp_path):
     clip = vot(vot_folder(tmp_path, numbers(BOX)))
     np.testing.assert_array_equal(clip.truth, [REGION])
     assert clip.upright
-
-
-def test_mot_takes_one_id_and_hides_missing_rows(tmp_path):
-    box = numbers(ONE_BASED)
-    rows = [
-        f"3,7,{box},1,1,0.25",
-        f"1,7,{box},1,1,1",
-        "1,8,1,1,9,9,1,1,1",
-        "2,8,1,1,9,9,1,1,1",
-    ]
-    clip = mot(mot_folder(tmp_path, *rows), 7)
-    np.testing.assert_array_equal(clip.truth[[0, 2]], [REGION, REGION])
-    assert np.isnan(clip.truth[[1, 3]]).all()
-    np.testing.assert_array_equal(clip.visibility, [1, 0, 0.25, 0])
-
-
-def test_the_main_target_of_mot_is_the_one_seen_longest(tmp_path):
-    rows = []
-    for target, frames, confidence in (
-        (4, (1, 2), 1),
-        (7, (2, 4, 5), 1),
-        (9, (1, 2, 3, 4, 5), 0),
-    ):
-        rows += [f"{k},{target},11,13,20,10,{confidence},1,1" for k in frames]
-    clip = mot_main(mot_folder(tmp_path, *rows, n=6))
-    assert clip.name.endswith("-7") and len(clip) == 4
-    assert clip.visibility.tolist() == [1, 0, 1, 1]
-    assert np.isfinite(clip.truth[0]).all()
-    assert (clip.frames[0] == ImageFolder(tmp_path / "img1")[1]).all()
-    with refused("gt.txt", "no target is to be scored", "download"):
-        mot_main(mot_folder(tmp_path / "none", rows[-1]))
-
-
-def test_mot_ten_columns(tmp_path):
-    clip = mot(mot_folder(tmp_path, f"2,1,{numbers(ONE_BASED)},1,-1,-1,-1"), 1)
-    np.testing.assert_array_equal(clip.visibility, [0, 1, 0, 0])
 
 
 @pytest.mark.parametrize("header", [["./Vid_X.avi"], []])
@@ -256,29 +219,6 @@ def test_bobot_needs_frames_and_spares_only_one(tmp_path):
     bobot_folder(tmp_path, bobot_row(0), n=3, avi=True)
     with refused("Vid_X.txt", "1 rows for 3 frames", "add", 1):
         bobot(folder)
-
-
-@pytest.mark.parametrize(
-    "rows, what, remedy, line",
-    [
-        (["1,7,9,9,9,9,1,1,1"], "no target has the id 3", "choose one of 7", None),
-        (["1,7,9,9,9,9,1,1,1", "5,3,9,9,9,9,1,1,1"], "1 to 4", "missing", 2),
-        (["1,7,9,9,9,9,1,1,1", "0,3,9,9,9,9,1,1,1"], "1 to 4", "correct", 2),
-        (["1,7,9,9,9,9,1,1,1", "1.5,3,9,9,9,9,1,1,1"], "1 to 4", "correct", 2),
-        (["2,3,9,9,9,9,1,1,1"] * 2, "second row", "remove", 2),
-        (
-            ["1,7,9,9,9,9,1,1,1", "2,3,NaN,NaN,NaN,NaN,1,1,1"],
-            "NaN is not allowed",
-            "correct",
-            2,
-        ),
-        (["1,7,9,9,9,9,1,1,1", "2,3,99,9,9,9,1,1,1"], "outside", "correct", 2),
-    ],
-)
-def test_bad_mot(tmp_path, rows, what, remedy, line):
-    folder = mot_folder(tmp_path, *rows)
-    with refused("gt.txt", what, remedy, line):
-        mot(folder, 3)
 
 
 # Videos without truth
