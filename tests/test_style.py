@@ -13,6 +13,7 @@ from mkt.files import PACKAGE, ROOT
 SCRIPTS = Path(sysconfig.get_path("scripts"))
 LONGEST, USUAL = 45, 8  # lines of a function's body: at most, and in the median
 TENTH = 25  # lines that one body in ten may exceed
+COLUMNS = 88
 PYRIGHT = "basedpyright"  # takes half a minute
 CHECKS = {
     "ruff check": ["ruff", "check", "--no-cache", "mkt", "tests", "notebooks"],
@@ -38,6 +39,16 @@ def test_the_tools_find_nothing(words):
         timeout=300,
     )
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("kind", ["js", "css", "html"])
+def test_what_the_tools_do_not_read_has_short_lines_too(kind):
+    files = list(PACKAGE.rglob(f"*.{kind}"))
+    assert files
+    for path in files:
+        lines = path.read_text(encoding="utf-8").splitlines()
+        long = [n for n, line in enumerate(lines, 1) if len(line) > COLUMNS]
+        assert not long, f"{path.name}:{long[0]}"
 
 
 def bodies():

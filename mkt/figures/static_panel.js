@@ -42,7 +42,8 @@ function begin(panel) {
     const group = groupOf(moved);
     const inside = ({ dataset }) => group.names.includes(dataset.name);
     const others = controls.filter((control) => !inside(control));
-    for (const control of others) put(control, data.sliders[control.dataset.name].start);
+    for (const control of others)
+      put(control, data.sliders[control.dataset.name].start);
     for (const control of controls.filter(inside)) put(control, Number(control.value));
     image.src = data.frames[group.frames[place(group)]];
     if (controls.length) {
@@ -75,7 +76,8 @@ function begin(panel) {
     link.click();
   };
 
-  for (const control of controls) control.addEventListener("input", () => show(control));
+  for (const control of controls)
+    control.addEventListener("input", () => show(control));
   panel.querySelector(".mkt-reset")?.addEventListener("click", () => show());
   panel.querySelector(".mkt-save").addEventListener("click", save);
   show();

@@ -9,13 +9,15 @@ const BINS = 50; // of the histogram of coefficients
 
 // The samples of the unit disc, as many as lie in it.
 export function disc(samples) {
-  const points = pixelGrid(samples, 1).filter(([x, y]) => x * x + y * y <= 1 + ROUNDING);
+  const points = pixelGrid(samples, 1).filter(
+    ([x, y]) => x * x + y * y <= 1 + ROUNDING,
+  );
   const along = (axis) => Float32Array.from(points, (point) => point[axis]);
   return { x: along(0), y: along(1) };
 }
 
-// The histogram of an upright ellipse (m,), of sum 1 or all zero: (2), (3) of [N03], with
-// the printed radius.
+// The histogram of an upright ellipse (m,), of sum 1 or all zero: (2), (3) of [N03],
+// with the printed radius.
 function ellipseHistogram(image, disc, region) {
   const bins = look(image, disc, region);
   const [, , , hx, hy] = region;
@@ -26,7 +28,10 @@ function ellipseHistogram(image, disc, region) {
     counts[u] += f * (1 - x * x) + (1 - f) * (1 - y * y);
   });
   const inside = counts.slice(0, image.m);
-  const total = Math.max(inside.reduce((a, b) => a + b, 0), 1e-9); // prettier-ignore
+  const total = Math.max(
+    inside.reduce((a, b) => a + b, 0),
+    1e-9,
+  );
   return inside.map((value) => value / total);
 }
 
@@ -52,19 +57,24 @@ export function place(zones, size, halfAxes, n, rng) {
   });
 }
 
-const pairs = (flat) => Array.from({ length: flat.length / 2 }, (_, i) => [flat[2 * i], flat[2 * i + 1]]); // prettier-ignore
+const pairs = (flat) =>
+  Array.from({ length: flat.length / 2 }, (_, i) => [flat[2 * i], flat[2 * i + 1]]);
 
 function inZone(zone, [width, height], halfAxes, n, rng) {
   const most = [width - 1, height - 1];
-  const anywhere = () => pairs(rng.uniforms(2 * n)).map((u) => u.map((each, i) => each * most[i])); // prettier-ignore
+  const anywhere = () =>
+    pairs(rng.uniforms(2 * n)).map((u) => u.map((each, i) => each * most[i]));
   if (zone === "anywhere") return anywhere();
   if (zone === "borders") return alongBorders(anywhere(), most, halfAxes, rng);
   const [x, y, ...spread] = zone;
-  return pairs(rng.normals(2 * n)).map(([u, v]) => [x + spread[0] * u, y + spread[1] * v]);
+  return pairs(rng.normals(2 * n)).map(([u, v]) => [
+    x + spread[0] * u,
+    y + spread[1] * v,
+  ]);
 }
 
-// Centres that were anywhere, moved into the band along the sides, as many for each pixel
-// of border.
+// Centres that were anywhere, moved into the band along the sides, as many for each
+// pixel of border.
 function alongBorders(centres, most, halfAxes, rng) {
   const n = centres.length;
   const depths = pairs(rng.uniforms(2 * n));
@@ -79,8 +89,8 @@ function alongBorders(centres, most, halfAxes, rng) {
   });
 }
 
-// Mean and spread of the background's coefficients, (13) and (14), and how many fall into
-// each of 50 bins.
+// Mean and spread of the background's coefficients, (13) and (14), and how many fall
+// into each of 50 bins.
 export function summary(rho) {
   const mean = rho.reduce((a, b) => a + b, 0) / rho.length;
   const squares = rho.reduce((sum, each) => sum + (each - mean) ** 2, 0);

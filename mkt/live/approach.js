@@ -2,7 +2,18 @@
 // and delay; the start is dragged, too.
 
 import { load } from "./host.js";
-import { axes, bitmap, Canvas, Controls, el, legible, number, outline, takeOver, write } from "./page.js"; // prettier-ignore
+import {
+  axes,
+  bitmap,
+  Canvas,
+  Controls,
+  el,
+  legible,
+  number,
+  outline,
+  takeOver,
+  write,
+} from "./page.js";
 import { approached } from "./servoing.js";
 import { drawTable } from "./table.js";
 
@@ -23,13 +34,21 @@ function round(value) {
 
 const most = (values) => Math.max(...values.map(Math.abs));
 // Of what is drawn: neither nothing nor what has run away.
-const reachOf = (values) => round(Math.max(most(values.filter((each) => Math.abs(each) < AWAY)), 1e-3)); // prettier-ignore
+const reachOf = (values) =>
+  round(Math.max(most(values.filter((each) => Math.abs(each) < AWAY)), 1e-3));
 
 class Approach {
   constructor(panel, name, data, table) {
     Object.assign(this, data, { table });
     const { gain, fps, delay, dof, turn } = data.fields;
-    const side = (title, value) => ({ low: -NEAR, high: NEAR, step: 0.01, value, own: true, title }); // prettier-ignore
+    const side = (title, value) => ({
+      low: -NEAR,
+      high: NEAR,
+      step: 0.01,
+      value,
+      own: true,
+      title,
+    });
     const each = {
       gain: { ...gain, title: "gain [1/s]" },
       fps: { ...fps, title: "frames a second" },
@@ -40,11 +59,20 @@ class Approach {
       down: side("start: down [m]", -0.06),
     };
     this.controls = new Controls(name, each, () => this.follow());
-    this.view = new Canvas("", this.size[1] / this.size[0], (...pen) => this.drawView(...pen)); // prettier-ignore
+    this.view = new Canvas("", this.size[1] / this.size[0], (...pen) =>
+      this.drawView(...pen),
+    );
     const tall = 3 * (HEAD + TALL) + GAP;
     this.plots = new Canvas("", 0, (...pen) => this.drawPlots(...pen), tall);
     this.said = el("p", { class: "mkt-note", role: "status" });
-    const hint = el("p", { class: "mkt-note" }, "Drag the view to begin from another place; the arrow keys turn the gain. Red is where the car should appear, green where it appears at the start; black are the ways of its corners, with a dot for each frame."); // prettier-ignore
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Drag the view to begin from another place; the arrow keys " +
+        "turn the gain. Red is where the car should appear, green " +
+        "where it appears at the start; black are the ways of its " +
+        "corners, with a dot for each frame.",
+    );
     const left = el("div", {}, this.view.node, this.said);
     const stage = el("div", { class: "mkt-stage mkt-film" }, left, this.plots.node);
     const { node, note } = this.controls;
@@ -65,8 +93,15 @@ class Approach {
     const { gain, fps } = this.controls.values;
     const product = `Gain x frame period = ${number(gain / fps)}`;
     this.said.textContent = `${product}: ${this.end()}.`;
-    this.view.node.setAttribute("aria-label", `The view at the start, and the ways of the car's corners in ${this.rows.length} frames`); // prettier-ignore
-    this.plots.node.setAttribute("aria-label", `Errors, velocities and turning rates of the camera over 6 s; ${this.end()}`); // prettier-ignore
+    this.view.node.setAttribute(
+      "aria-label",
+      "The view at the start, and the ways of the car's corners in " +
+        `${this.rows.length} frames`,
+    );
+    this.plots.node.setAttribute(
+      "aria-label",
+      "Errors, velocities and turning rates of the camera over 6 s; " + `${this.end()}`,
+    );
     this.view.redraw();
     this.plots.redraw();
   }
@@ -77,11 +112,15 @@ class Approach {
     const { fps } = this.controls.values;
     if (!rows.length) return "at the start the camera does not see the car";
     if (rows.length < this.frames)
-      return `it runs away; after ${(rows.length / fps).toFixed(1)} s the car is behind the camera`; // prettier-ignore
+      return (
+        `it runs away; after ${(rows.length / fps).toFixed(1)} s the ` +
+        "car is behind the camera"
+      );
     const [first, last] = [rows[0], rows.at(-1)].map(({ error }) => most(error));
     const share = (100 * last) / first;
     return share < 1000
-      ? `after 6 s the largest error is ${number(Number(share.toPrecision(2)))} % of the first one` // prettier-ignore
+      ? "after 6 s the largest error is " +
+          `${number(Number(share.toPrecision(2)))} % of the first one`
       : "it runs away";
   }
 
@@ -110,7 +149,9 @@ class Approach {
     if (!this.rows?.length) return;
     const { gain, fps } = this.controls.values;
     const first = this.rows[0].error;
-    const promised = this.rows.map((_, k) => first.map((each) => each * Math.exp((-gain * k) / fps))); // prettier-ignore
+    const promised = this.rows.map((_, k) =>
+      first.map((each) => each * Math.exp((-gain * k) / fps)),
+    );
     const errors = this.rows.map(({ error }) => error);
     const moves = this.rows.map(({ twist }) => twist.slice(0, 3));
     const turns = this.rows.map(({ twist }) => twist.slice(3));
@@ -127,7 +168,12 @@ class Approach {
     const ink = pen.strokeStyle;
     const colors = styles.map(({ color }) => legible(pen, ink, color));
     const box = [44, i * (HEAD + TALL) + HEAD, width - 54, TALL - 14];
-    const limits = { x: [0, SECONDS], y: [-reach, reach], bare: i < 2, xlabel: i < 2 ? "" : "time [s]" }; // prettier-ignore
+    const limits = {
+      x: [0, SECONDS],
+      y: [-reach, reach],
+      bare: i < 2,
+      xlabel: i < 2 ? "" : "time [s]",
+    };
     const { across, down } = axes(pen, box, limits);
     pen.textAlign = "left";
     let left = box[0];
@@ -167,11 +213,13 @@ class Approach {
       const { right, down } = this.controls.values;
       from = { point, right, down };
     };
-    // The camera goes the other way than what it sees.  It turns on its way, so that the
-    // way is an arc, whose chord points along half the turn.
+    // The camera goes the other way than what it sees.  It turns on its way, so that
+    // the way is an arc, whose chord points along half the turn.
     const to = ([u, v]) => {
       const metres = this.metresAPixel();
-      const [x, y] = [u - from.point[0], v - from.point[1]].map((each) => each * metres);
+      const [x, y] = [u - from.point[0], v - from.point[1]].map(
+        (each) => each * metres,
+      );
       const half = (this.controls.values.turn * Math.PI) / 360;
       const longer = half ? half / Math.sin(half) : 1;
       const [c, s] = [longer * Math.cos(half), longer * Math.sin(half)];

@@ -1,10 +1,36 @@
 // own.beats, live: the particle filter as a film of four beats, and a wall to move.
 
 import { resized } from "./crowd.js";
-import { coefficients, colorBins, corners, displaced, FILTER, filterInit, filterStep, linspace, logLikelihood, MOTION, overlap, random, restless, warp } from "./engine.js"; // prettier-ignore
+import {
+  coefficients,
+  colorBins,
+  corners,
+  displaced,
+  FILTER,
+  filterInit,
+  filterStep,
+  linspace,
+  logLikelihood,
+  MOTION,
+  overlap,
+  random,
+  restless,
+  warp,
+} from "./engine.js";
 import { grained } from "./grain.js";
 import { load } from "./host.js";
-import { axes, bitmap, button, Canvas, Controls, dot, el, outline, SLICE, takeOver } from "./page.js"; // prettier-ignore
+import {
+  axes,
+  bitmap,
+  button,
+  Canvas,
+  Controls,
+  dot,
+  el,
+  outline,
+  SLICE,
+  takeOver,
+} from "./page.js";
 import { Player } from "./player.js";
 
 const BEATS = ["1 predict", "2 weigh", "3 estimate", "4 draw"];
@@ -12,9 +38,11 @@ const WORDS = [
   () => "every particle moves on, by its velocity and by chance",
   () => "every particle weighs as much as its place looks like the car",
   () => "the weighted mean is the answer",
-  ({ ancestors }) => `the heavy are copied, the light are left out: ${new Set(ancestors).size} of ${ancestors.length} live on`, // prettier-ignore
+  ({ ancestors }) =>
+    "the heavy are copied, the light are left out: " +
+    `${new Set(ancestors).size} of ${ancestors.length} live on`,
 ];
-const [REACH, PLACES] = [40, 81]; // [px] of the likelihood along x, and where it is taken
+const [REACH, PLACES] = [40, 81]; // [px] of the likelihood along x, and its places
 const [CROWD, GREEN, BLUE, GREY] = ["#e49c00", "#33b24d", "#1e7dc1", "#888"];
 
 function upright(pen, x, from, to, color) {
@@ -40,9 +68,18 @@ class Beats {
       lam: { ...lam, title: "lambda" },
       scheme,
       wall: { ...wall, title: "wall [px]" },
-      pace: { low: 0.5, high: 20, step: 0.5, value: 4, own: true, title: "beats a second" },
+      pace: {
+        low: 0.5,
+        high: 20,
+        step: 0.5,
+        value: 4,
+        own: true,
+        title: "beats a second",
+      },
     };
-    this.controls = new Controls(name, fields, (_values, _quick, asked) => this.follow(asked)); // prettier-ignore
+    this.controls = new Controls(name, fields, (_values, _quick, asked) =>
+      this.follow(asked),
+    );
     this.frame = new Canvas("", height / width, (...pen) => this.drawFrame(...pen));
     this.line = new Canvas("", 0.35, (...pen) => this.drawLine(...pen), 150);
     this.course = new Canvas("", 0.62, (...pen) => this.drawCourse(...pen), 190);
@@ -57,9 +94,19 @@ class Beats {
     };
     const [back, on] = [button("one beat back", by(-1)), button("next beat", by(1))];
     this.said = el("p", { class: "mkt-note", role: "status" });
-    this.player = new Player(this.said, () => this.turn(1, true), () => this.controls.set({})); // prettier-ignore
+    this.player = new Player(
+      this.said,
+      () => this.turn(1, true),
+      () => this.controls.set({}),
+    );
     const acts = el("div", { class: "mkt-controls" }, this.player.node, back, on);
-    const hint = el("p", { class: "mkt-note" }, "Drag the wall into the picture, or push it with the arrow keys. What you change holds from this frame on: the chance of each frame stays the same."); // prettier-ignore
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Drag the wall into the picture, or push it with the arrow " +
+        "keys. What you change holds from this frame on: the chance of " +
+        "each frame stays the same.",
+    );
     const left = el("div", {}, this.frame.node, this.line.node);
     const right = el("div", {}, this.said, this.course.node);
     const stage = el("div", { class: "mkt-stage mkt-film" }, left, right);
@@ -93,7 +140,13 @@ class Beats {
 
   advance() {
     const { n, noise, lam, scheme, wall } = this.controls.values;
-    const options = { ...FILTER, n, lambda: lam, scheme, motion: restless(MOTION, noise) };
+    const options = {
+      ...FILTER,
+      n,
+      lambda: lam,
+      scheme,
+      motion: restless(MOTION, noise),
+    };
     const k = this.rounds.length;
     const rng = random(1000 + k);
     if (!k) {
@@ -148,9 +201,15 @@ class Beats {
     const beat = BEATS.indexOf(this.controls.values.beat);
     const { nEff, distance, iou, weights } = round;
     const place = `Frame ${this.shown} of ${this.truth.length - 1}`;
-    this.said.textContent = `${place}, ${BEATS[beat]}: ${WORDS[beat](round)}. N_eff ${nEff.toFixed(1)} of ${weights.length}, distance ${distance.toFixed(2)}, overlap with the truth ${iou.toFixed(2)}.`; // prettier-ignore
+    this.said.textContent =
+      `${place}, ${BEATS[beat]}: ${WORDS[beat](round)}. N_eff ` +
+      `${nEff.toFixed(1)} of ${weights.length}, distance ` +
+      `${distance.toFixed(2)}, overlap with the truth ` +
+      `${iou.toFixed(2)}.`;
     const about = {
-      frame: `${place} with the particles, ${BEATS[beat]}; the wall is at x = ${round.wall} px`,
+      frame:
+        `${place} with the particles, ${BEATS[beat]}; the wall is at x ` +
+        `= ${round.wall} px`,
       line: "The particles along x, with their weights and the likelihood",
       course: "N_eff, distance and overlap over the frames so far",
     };
@@ -224,7 +283,12 @@ class Beats {
     if (!round?.region) return;
     const middle = Math.round(round.region[0]);
     const box = [30, 22, width - 38, height - 62];
-    const limits = { x: [middle - REACH, middle + REACH], y: [0, 1.1], xlabel: "x [px]", ylabel: "weights, and the likelihood of every place (grey)" }; // prettier-ignore
+    const limits = {
+      x: [middle - REACH, middle + REACH],
+      y: [0, 1.1],
+      xlabel: "x [px]",
+      ylabel: "weights, and the likelihood of every place (grey)",
+    };
     const { across, down } = axes(pen, box, limits);
     pen.save();
     pen.beginPath();
@@ -250,11 +314,15 @@ class Beats {
     const { target } = round.next;
     round.curve ??= linspace(-REACH, REACH, PLACES).map((dx) => {
       const place = displaced(round.region, dx, 0, 0);
-      return [place[0], logLikelihood(coefficients(target, round.image, place), round.lam)];
+      return [
+        place[0],
+        logLikelihood(coefficients(target, round.image, place), round.lam),
+      ];
     });
     const top = Math.max(...round.curve.map(([, value]) => value));
     pen.beginPath();
-    for (const [x, value] of round.curve) pen.lineTo(across(x), down(Math.exp(value - top)));
+    for (const [x, value] of round.curve)
+      pen.lineTo(across(x), down(Math.exp(value - top)));
     Object.assign(pen, { strokeStyle: GREY, lineWidth: 1.5 });
     pen.stroke();
   }
@@ -266,7 +334,11 @@ class Beats {
   drawCourse(pen, width, height) {
     if (!this.shown) return;
     const box = this.courseBox(width, height);
-    const { across, down } = axes(pen, box, { x: [1, this.fields.frame.high], y: [0, 1], xlabel: "frame" }); // prettier-ignore
+    const { across, down } = axes(pen, box, {
+      x: [1, this.fields.frame.high],
+      y: [0, 1],
+      xlabel: "frame",
+    });
     const curves = {
       "N_eff / N": [BLUE, [], ({ nEff, weights }) => nEff / weights.length],
       distance: [CROWD, [6, 4], ({ distance }) => distance],
@@ -331,7 +403,9 @@ class Beats {
 
 export async function beats(panel, name) {
   const [data, workshop] = await Promise.all([name, "workshop"].map(load));
-  const [ground, car, bricks] = await Promise.all([workshop.picture, data.car, data.bricks].map(bitmap)); // prettier-ignore
+  const [ground, car, bricks] = await Promise.all(
+    [workshop.picture, data.car, data.bricks].map(bitmap),
+  );
   const figure = new Beats(panel, name, data, { ground, car, bricks });
   figure.controls.show();
   if (!figure.controls.read()) figure.follow(true);

@@ -29,7 +29,15 @@ const FIELDS = {
 for (const field of Object.values(FIELDS)) field.own = true;
 
 // The trackers' options as the controls stand.
-function optionsOf({ tracker, particles, kernels, noise, lambda, threshold, resampling }) {
+function optionsOf({
+  tracker,
+  particles,
+  kernels,
+  noise,
+  lambda,
+  threshold,
+  resampling,
+}) {
   const filter = {
     ...COMBINED.filter,
     n: particles,
@@ -47,12 +55,23 @@ class Tracking {
     worker.onmessage = ({ data }) => this.hear(data);
     this.video = el("video", { muted: true, playsinline: true, loop: true });
     this.video.muted = true;
-    this.picker = el("input", { type: "file", accept: "video/*", class: "mkt-hidden", tabindex: -1, "aria-label": "a video file", onchange: () => this.open(this.picker.files[0]) }); // prettier-ignore
+    this.picker = el("input", {
+      type: "file",
+      accept: "video/*",
+      class: "mkt-hidden",
+      tabindex: -1,
+      "aria-label": "a video file",
+      onchange: () => this.open(this.picker.files[0]),
+    });
     this.controls = new Controls("own.track", FIELDS, () => {});
-    this.stage = new Canvas("The picture: draw a box round something", 0.75, (...pen) => this.draw(...pen));
+    this.stage = new Canvas("The picture: draw a box round something", 0.75, (...pen) =>
+      this.draw(...pen),
+    );
     this.stage.node.classList.add("mkt-wide");
     const curve = (title, value, color, top) =>
-      new Canvas(title, 0.45, (...pen) => this.drawCurve(title, value, color, top, ...pen));
+      new Canvas(title, 0.45, (...pen) =>
+        this.drawCurve(title, value, color, top, ...pen),
+      );
     this.curves = [
       curve("N_eff", "nEff", "#1e7dc1", () => this.controls.values.particles),
       curve("likelihood", "likelihood", FOUND, () => 1),
@@ -71,14 +90,31 @@ class Tracking {
     const again = button("Draw another box", () => this.choose());
     const acts = el("div", { class: "mkt-controls" }, this.begin, again);
     const curves = this.curves.map(({ node }) => node);
-    const stage = el("div", { class: "mkt-stage mkt-track" }, this.stage.node, ...curves);
+    const stage = el(
+      "div",
+      { class: "mkt-stage mkt-track" },
+      this.stage.node,
+      ...curves,
+    );
     const { node, note } = this.controls;
-    place.replaceChildren(sources, this.said, stage, this.numbers, acts, node, note, this.controls.copies(false)); // prettier-ignore
+    place.replaceChildren(
+      sources,
+      this.said,
+      stage,
+      this.numbers,
+      acts,
+      node,
+      note,
+      this.controls.copies(false),
+    );
     this.hands(place);
     Object.assign(this, { history: [], box: null, sources: 0 });
     this.controls.show();
     this.controls.read();
-    this.tell("Choose what to look at. No picture leaves this machine: nothing is sent, and nothing is kept.");
+    this.tell(
+      "Choose what to look at. No picture leaves this machine: " +
+        "nothing is sent, and nothing is kept.",
+    );
   }
 
   tell(words) {
@@ -91,10 +127,15 @@ class Tracking {
   async camera() {
     const mine = ++this.sources;
     try {
-      const asked = { width: { ideal: 640 }, height: { ideal: 480 }, facingMode: "environment" };
+      const asked = {
+        width: { ideal: 640 },
+        height: { ideal: 480 },
+        facingMode: "environment",
+      };
       if (!navigator.mediaDevices) throw new Error();
       const stream = await navigator.mediaDevices.getUserMedia({ video: asked });
-      if (mine !== this.sources) return stream.getTracks().forEach((track) => track.stop());
+      if (mine !== this.sources)
+        return stream.getTracks().forEach((track) => track.stop());
       this.stop();
       this.video.srcObject = stream;
       await this.play();
@@ -113,7 +154,8 @@ class Tracking {
     try {
       await this.play();
     } catch {
-      const words = "This browser cannot play that file; here is the book's clip instead. "; // prettier-ignore
+      const words =
+        "This browser cannot play that file; here is the book's clip " + "instead. ";
       if (mine === this.sources) await this.clip(words);
     }
   }
@@ -123,14 +165,19 @@ class Tracking {
     const { film, region, source } = await load("track");
     if (mine !== this.sources) return;
     this.stop();
-    const bytes = Uint8Array.from(atob(film.split(",")[1]), (sign) => sign.charCodeAt(0));
+    const bytes = Uint8Array.from(atob(film.split(",")[1]), (sign) =>
+      sign.charCodeAt(0),
+    );
     this.video.src = URL.createObjectURL(new Blob([bytes], { type: "video/webm" }));
     await this.play().catch((error) => {
       if (mine === this.sources) throw error;
     });
     if (mine !== this.sources) return;
     this.box = region;
-    this.tell(`${why}The clip: ${source}. A box is drawn already: track it, or draw another.`);
+    this.tell(
+      `${why}The clip: ${source}. A box is drawn already: track it, ` +
+        "or draw another.",
+    );
     this.stage.redraw();
   }
 
@@ -144,7 +191,10 @@ class Tracking {
     await this.video.play();
     const { videoWidth, videoHeight } = this.video;
     const scale = Math.min(LARGEST / Math.max(videoWidth, videoHeight), 1);
-    const size = { width: Math.round(videoWidth * scale), height: Math.round(videoHeight * scale) }; // prettier-ignore
+    const size = {
+      width: Math.round(videoWidth * scale),
+      height: Math.round(videoHeight * scale),
+    };
     this.small = el("canvas", size);
     this.pen = this.small.getContext("2d", { willReadFrequently: true });
     this.stage.ratio = size.height / size.width;
@@ -188,7 +238,11 @@ class Tracking {
 
   start() {
     if (!this.small) return this.tell("First choose what to look at.");
-    if (!this.box) return this.tell("First draw a box round something: with the mouse, a finger, or the arrow keys."); // prettier-ignore
+    if (!this.box)
+      return this.tell(
+        "First draw a box round something: with the mouse, a finger, " +
+          "or the arrow keys.",
+      );
     if (this.busy) return setTimeout(() => this.start(), 5);
     this.history = [];
     this.learning = true;
@@ -219,7 +273,9 @@ class Tracking {
     this.pen.putImageData(new ImageData(data, width, height), 0, 0);
     this.found = answer;
     const likelihood = Math.exp(-this.controls.values.lambda * answer.distance ** 2);
-    this.history = [...this.history, { ...answer, picture: null, likelihood }].slice(-KEPT);
+    this.history = [...this.history, { ...answer, picture: null, likelihood }].slice(
+      -KEPT,
+    );
     this.times = [...this.times, performance.now()].slice(-31);
     this.report(answer, likelihood);
     for (const canvas of [this.stage, ...this.curves]) canvas.redraw();
@@ -231,7 +287,8 @@ class Tracking {
     this.numbers.textContent =
       `${lost ? "LOST" : "found"} \u00b7 distance ${distance.toFixed(2)} \u00b7 ` +
       `likelihood ${likelihood.toFixed(2)} \u00b7 N_eff ${nEff.toFixed(0)} \u00b7 ` +
-      `${steps} Newton steps \u00b7 ${cost.toFixed(1)} ms a frame \u00b7 ${rate} frames a second`;
+      (`${steps} Newton steps \u00b7 ${cost.toFixed(1)} ms a frame ` +
+        `\u00b7 ${rate} frames a second`);
   }
 
   draw(pen, width, height) {
@@ -268,14 +325,22 @@ class Tracking {
 
   drawCurve(title, value, color, top, pen, width, height) {
     const box = [38, 22, width - 46, height - 44];
-    const { across, down } = axes(pen, box, { x: [-KEPT, 0], y: [0, top()], ylabel: `${title}, last ${KEPT} frames` }); // prettier-ignore
+    const { across, down } = axes(pen, box, {
+      x: [-KEPT, 0],
+      y: [0, top()],
+      ylabel: `${title}, last ${KEPT} frames`,
+    });
     const last = this.history.length;
     pen.beginPath();
-    this.history.forEach((each, i) => pen.lineTo(across(i - last), down(Math.min(each[value], top())))); // prettier-ignore
+    this.history.forEach((each, i) =>
+      pen.lineTo(across(i - last), down(Math.min(each[value], top()))),
+    );
     Object.assign(pen, { strokeStyle: color, lineWidth: 2 });
     pen.stroke();
     pen.fillStyle = LOST;
-    this.history.forEach(({ lost }, i) => lost && pen.fillRect(across(i - last), box[1], 2, 5));
+    this.history.forEach(
+      ({ lost }, i) => lost && pen.fillRect(across(i - last), box[1], 2, 5),
+    );
   }
 
   // The box
@@ -304,14 +369,23 @@ class Tracking {
     this.stage.keyed(([right, down], { shiftKey }) => {
       if (!this.small) return;
       const { width, height } = this.small;
-      const [cx, cy, theta, hx, hy] = this.box ?? [width / 2, height / 2, 0, width / 8, height / 8]; // prettier-ignore
+      const [cx, cy, theta, hx, hy] = this.box ?? [
+        width / 2,
+        height / 2,
+        0,
+        width / 8,
+        height / 8,
+      ];
       if (this.tracking) this.choose();
       this.box = shiftKey
         ? [cx, cy, theta, Math.max(hx + right, 4), Math.max(hy + down, 4)]
         : [cx + 2 * right, cy + 2 * down, theta, hx, hy];
       this.stage.redraw();
     });
-    this.stage.node.addEventListener("keydown", ({ key }) => key === "Enter" && this.start());
+    this.stage.node.addEventListener(
+      "keydown",
+      ({ key }) => key === "Enter" && this.start(),
+    );
     place.addEventListener("dragover", (event) => event.preventDefault());
     place.addEventListener("drop", (event) => {
       event.preventDefault();

@@ -21,8 +21,19 @@ class Chance {
     this.counts = new Canvas("", 0.75, (...pen) => this.drawCounts(...pen), 260);
     this.waits = new Canvas("", 0.75, (...pen) => this.drawWaits(...pen), 260);
     this.said = el("p", { class: "mkt-note", role: "status" });
-    const hint = el("p", { class: "mkt-note" }, "Drag the dashed line, which is b, or move it with the arrow keys. The dotted one is what one zone of three can hold; thin lines are for the named shares of the background."); // prettier-ignore
-    const stage = el("div", { class: "mkt-stage mkt-pairs" }, this.counts.node, this.waits.node); // prettier-ignore
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Drag the dashed line, which is b, or move it with the arrow " +
+        "keys. The dotted one is what one zone of three can hold; thin " +
+        "lines are for the named shares of the background.",
+    );
+    const stage = el(
+      "div",
+      { class: "mkt-stage mkt-pairs" },
+      this.counts.node,
+      this.waits.node,
+    );
     const { node, note } = this.controls;
     takeOver(panel, node, note, stage, this.said, hint, this.controls.copies());
     for (const canvas of [this.counts, this.waits]) this.hands(canvas);
@@ -50,9 +61,21 @@ class Chance {
     const none = (1 - each) ** this.wait;
     const often = each > 0.99 ? "nearly every frame" : `one frame in ${few(1 / each)}`;
     const start = each < 1e-12 ? "practically never" : often;
-    this.said.textContent = `Of ${particles} samples ${number(p * particles)} appear by chance in a frame, on average; more than ${most(b, particles)} start the tracking: ${start}. With ${percent(none)} there is no false start in ${this.wait} frames.`; // prettier-ignore
-    this.counts.node.setAttribute("aria-label", `How many samples appear by chance: a false start with ${few(each)} per frame`); // prettier-ignore
-    this.waits.node.setAttribute("aria-label", `No false start in ${this.wait} frames with ${percent(none)}`); // prettier-ignore
+    this.said.textContent =
+      `Of ${particles} samples ${number(p * particles)} appear by ` +
+      "chance in a frame, on average; more than " +
+      `${most(b, particles)} start the tracking: ${start}. With ` +
+      `${percent(none)} there is no false start in ${this.wait} ` +
+      "frames.";
+    this.counts.node.setAttribute(
+      "aria-label",
+      "How many samples appear by chance: a false start with " +
+        `${few(each)} per frame`,
+    );
+    this.waits.node.setAttribute(
+      "aria-label",
+      `No false start in ${this.wait} frames with ${percent(none)}`,
+    );
     this.counts.redraw();
     this.waits.redraw();
   }
@@ -66,7 +89,12 @@ class Chance {
     if (!this.probabilities) return;
     const { particles, b } = this.controls.values;
     const box = this.box(width, height);
-    const limits = { x: this.range, y: [-DECADES, 0], xlabel: "share of the samples that appear", ylabel: "log10 of the probability" }; // prettier-ignore
+    const limits = {
+      x: this.range,
+      y: [-DECADES, 0],
+      xlabel: "share of the samples that appear",
+      ylabel: "log10 of the probability",
+    };
     const { across, down } = axes(pen, box, limits);
     const thick = Math.max(0.9 * (across(1 / particles) - across(0)), 1);
     const last = Math.round(this.highest * particles);
@@ -83,14 +111,21 @@ class Chance {
     if (!this.probabilities) return;
     const { epsilon, particles } = this.controls.values;
     const box = this.box(width, height);
-    const limits = { x: this.range, y: [0, 1], xlabel: "kick-off fraction b", ylabel: `no false start in ${this.wait} frames` }; // prettier-ignore
+    const limits = {
+      x: this.range,
+      y: [0, 1],
+      xlabel: "kick-off fraction b",
+      ylabel: `no false start in ${this.wait} frames`,
+    };
     const { across, down } = axes(pen, box, limits);
     const ink = pen.strokeStyle;
     const line = (probabilities) => {
       const waited = tails(probabilities).map((each) => (1 - each) ** this.wait);
       pen.beginPath();
       waited.forEach((none, k) => {
-        const ends = [k, k + 1].map((count) => Math.min(count / particles, this.highest));
+        const ends = [k, k + 1].map((count) =>
+          Math.min(count / particles, this.highest),
+        );
         for (const end of ends) pen.lineTo(across(end), down(none));
       });
       pen.stroke();

@@ -1,5 +1,5 @@
-// cordoba2014.complexity, live: two readings of the search through the cumulative weights,
-// draw by draw, and their cost for more particles.
+// cordoba2014.complexity, live: two readings of the search through the cumulative
+// weights, draw by draw, and their cost for more particles.
 
 import { random } from "./engine.js";
 import { load } from "./host.js";
@@ -28,11 +28,17 @@ class Comparisons {
     const high = particles.high;
     const left = { low: 0, high, step: 1, value: 0, own: true, title: "draws to come" };
     const all = { particles, left, largest, seed };
-    this.controls = new Controls(name, all, (_values, _quick, asked) => this.follow(asked));
+    this.controls = new Controls(name, all, (_values, _quick, asked) =>
+      this.follow(asked),
+    );
     this.rows = new Canvas("", 0.85, (...pen) => this.drawRows(...pen), 260);
     this.lines = new Canvas("", 0.85, (...pen) => this.drawLines(...pen), 260);
     this.said = el("p", { class: "mkt-note", role: "status" });
-    this.player = new Player(this.said, () => this.on(), () => this.controls.set({}));
+    this.player = new Player(
+      this.said,
+      () => this.on(),
+      () => this.controls.set({}),
+    );
     this.player.at(PACE);
     const acts = el("div", { class: "mkt-controls" }, this.player.node);
     const names = labels.map((label, k) => {
@@ -41,10 +47,31 @@ class Comparisons {
       return el("span", {}, sign, label, " ");
     });
     const key = el("p", { class: "mkt-note" }, ...names);
-    const stage = el("div", { class: "mkt-stage mkt-pairs" }, this.rows.node, this.lines.node); // prettier-ignore
-    const hint = el("p", { class: "mkt-note" }, "Each row is a draw, as long as there are particles that it is compared with. The arrow keys take a draw more or less; play takes them all."); // prettier-ignore
+    const stage = el(
+      "div",
+      { class: "mkt-stage mkt-pairs" },
+      this.rows.node,
+      this.lines.node,
+    );
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Each row is a draw, as long as there are particles that it is " +
+        "compared with. The arrow keys take a draw more or less; play " +
+        "takes them all.",
+    );
     const { node, note } = this.controls;
-    takeOver(panel, node, note, acts, key, stage, this.said, hint, this.controls.copies()); // prettier-ignore
+    takeOver(
+      panel,
+      node,
+      note,
+      acts,
+      key,
+      stage,
+      this.said,
+      hint,
+      this.controls.copies(),
+    );
     const step = ([right, down]) => this.take(right + down);
     for (const canvas of [this.rows, this.lines]) canvas.keyed(step);
   }
@@ -95,13 +122,25 @@ class Comparisons {
 
   draw() {
     const done = this.done();
-    const counts = READINGS.map((anew) => this.shown(anew).reduce((sum, [first, last]) => sum + last - first + 1, 0)); // prettier-ignore
+    const counts = READINGS.map((anew) =>
+      this.shown(anew).reduce((sum, [first, last]) => sum + last - first + 1, 0),
+    );
     const [anew, swept] = this.costs.map(({ ms }) => ms.toPrecision(2));
     const last = done ? `The last one took particle ${this.chosen[done - 1]}. ` : "";
-    this.said.textContent = `${done} of ${this.chosen.length} draws: ${counts[0]} comparisons where each search begins anew, ${counts[1]} in one sweep. ${last}With ${this.sizes.at(-1)} particles this browser takes ${anew} and ${swept} ms.`; // prettier-ignore
-    this.rows.node.setAttribute("aria-label", `The particles that each draw is compared with: ${counts.join(" and ")}`); // prettier-ignore
+    this.said.textContent =
+      `${done} of ${this.chosen.length} draws: ${counts[0]} ` +
+      `comparisons where each search begins anew, ${counts[1]} in ` +
+      `one sweep. ${last}With ${this.sizes.at(-1)} particles this ` +
+      `browser takes ${anew} and ${swept} ms.`;
+    this.rows.node.setAttribute(
+      "aria-label",
+      "The particles that each draw is compared with: " + `${counts.join(" and ")}`,
+    );
     const slopes = this.costs.map((cost) => this.exponent(cost)).join(" and ");
-    this.lines.node.setAttribute("aria-label", `Comparisons over the number of particles, with the exponents ${slopes}`); // prettier-ignore
+    this.lines.node.setAttribute(
+      "aria-label",
+      "Comparisons over the number of particles, with the exponents " + `${slopes}`,
+    );
     this.rows.redraw();
     this.lines.redraw();
   }
@@ -118,7 +157,12 @@ class Comparisons {
     if (!this.chosen) return;
     const n = this.chosen.length;
     const box = [30, 22, width - 38, height - 62];
-    const limits = { x: [-0.5, n - 0.5], y: [n - 0.5, -0.5], xlabel: "particle i", ylabel: "draw" }; // prettier-ignore
+    const limits = {
+      x: [-0.5, n - 0.5],
+      y: [n - 0.5, -0.5],
+      xlabel: "particle i",
+      ylabel: "draw",
+    };
     const { across, down } = axes(pen, box, limits);
     const thick = (0.8 * box[3]) / n;
     READINGS.forEach((anew, k) => {
@@ -137,7 +181,12 @@ class Comparisons {
     const all = this.costs.map((cost) => this.points(cost));
     const [, top] = all[0].at(-1);
     const box = [30, 22, width - 38, height - 62];
-    const limits = { x: [1.3, 3.3], y: [1, Math.ceil(top)], xlabel: "log10 of the particles N", ylabel: "log10 of the comparisons" }; // prettier-ignore
+    const limits = {
+      x: [1.3, 3.3],
+      y: [1, Math.ceil(top)],
+      xlabel: "log10 of the particles N",
+      ylabel: "log10 of the comparisons",
+    };
     const { across, down } = axes(pen, box, limits);
     all.forEach((points, k) => {
       pen.beginPath();
@@ -146,8 +195,15 @@ class Comparisons {
       pen.stroke();
       for (const [x, y] of points) dot(pen, across(x), down(y), 4, this.colors[k]);
       const [x, y] = points.at(-2);
-      Object.assign(pen, { fillStyle: getComputedStyle(pen.canvas).color, textAlign: "right" });
-      pen.fillText(`exponent ${this.exponent(this.costs[k])}`, across(x) - 6, down(y) - 10);
+      Object.assign(pen, {
+        fillStyle: getComputedStyle(pen.canvas).color,
+        textAlign: "right",
+      });
+      pen.fillText(
+        `exponent ${this.exponent(this.costs[k])}`,
+        across(x) - 6,
+        down(y) - 10,
+      );
     });
   }
 }

@@ -4,7 +4,9 @@
 export function resized(filter, n) {
   const { regions, velocities } = filter.particles;
   if (regions.length === n) return filter;
-  const chosen = Array.from({ length: n }, (_, i) => Math.floor((i * regions.length) / n));
+  const chosen = Array.from({ length: n }, (_, i) =>
+    Math.floor((i * regions.length) / n),
+  );
   const particles = {
     regions: chosen.map((i) => regions[i]),
     velocities: chosen.map((i) => velocities[i]),

@@ -5,7 +5,17 @@ import { coefficient, disc, place, summary } from "./appearance.js";
 import { most } from "./binomial.js";
 import { colorBins, random } from "./engine.js";
 import { load } from "./host.js";
-import { axes, bitmap, Canvas, Controls, dot, el, number, pixels, takeOver } from "./page.js"; // prettier-ignore
+import {
+  axes,
+  bitmap,
+  Canvas,
+  Controls,
+  dot,
+  el,
+  number,
+  pixels,
+  takeOver,
+} from "./page.js";
 
 const [WAITING, APPEARS, STUDENT, DOOR] = ["#fff", "#d62728", "#009e73", "#e49c00"];
 const REACH = 2; // spreads of a door, as far as it is drawn
@@ -14,12 +24,22 @@ const [BARS, LEGEND] = ["#999", 0.92]; // where the legend ends
 
 class Doors {
   constructor(panel, name, data) {
-    Object.assign(this, data, { disc: disc(data.samples), bins: colorBins({ space: "rgb" }) });
+    Object.assign(this, data, {
+      disc: disc(data.samples),
+      bins: colorBins({ space: "rgb" }),
+    });
     this.around = summary(data.background);
     const { placement, particles, frame, seed } = data.fields;
     const [width, height] = data.size;
     const [[x1, y, spread], [x2]] = data.doors;
-    const own = (title, high, value) => ({ low: 0, high, step: 1, value: Math.round(value), title, own: true }); // prettier-ignore
+    const own = (title, high, value) => ({
+      low: 0,
+      high,
+      step: 1,
+      value: Math.round(value),
+      title,
+      own: true,
+    });
     const fields = {
       placement,
       particles,
@@ -30,13 +50,28 @@ class Doors {
       x2: own("right door: x [px]", width - 1, x2),
       y2: own("right door: y [px]", height - 1, y),
       spread: { ...own("spread of the doors [px]", 60, spread), low: 1 },
-      sigmas: { low: 0, high: 5, step: 0.1, value: 2, title: "spreads above the mean", own: true },
+      sigmas: {
+        low: 0,
+        high: 5,
+        step: 0.1,
+        value: 2,
+        title: "spreads above the mean",
+        own: true,
+      },
     };
     this.controls = new Controls(name, fields, () => this.follow());
     this.view = new Canvas("", height / width, (...pen) => this.drawView(...pen));
     this.plot = new Canvas("", 0.75, (...pen) => this.drawPlot(...pen), 240);
     this.said = el("p", { class: "mkt-note", role: "status" });
-    const hint = el("p", { class: "mkt-note" }, "Drag a door, or move the right one with the arrow keys. White samples wait, red ones fulfil (15), orange circles are the doors, twice their spread wide; the dashed ellipse is the student while in view. Point at a sample to see its coefficient."); // prettier-ignore
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Drag a door, or move the right one with the arrow keys. White " +
+        "samples wait, red ones fulfil (15), orange circles are the " +
+        "doors, twice their spread wide; the dashed ellipse is the " +
+        "student while in view. Point at a sample to see its " +
+        "coefficient.",
+    );
     const left = el("div", {}, this.view.node, this.said);
     const stage = el("div", { class: "mkt-stage mkt-pairs" }, left, this.plot.node);
     const { node, note } = this.controls;
@@ -60,7 +95,10 @@ class Doors {
 
   zones() {
     const { placement, x1, y1, x2, y2, spread } = this.controls.values;
-    const doors = [[x1, y1, spread, spread], [x2, y2, spread, spread]]; // prettier-ignore
+    const doors = [
+      [x1, y1, spread, spread],
+      [x2, y2, spread, spread],
+    ];
     return {
       doors,
       borders: ["borders"],
@@ -73,7 +111,9 @@ class Doors {
     const { particles, sigmas, seed } = this.controls.values;
     const rng = random(seed);
     this.regions = place(this.zones(), this.size, this.halfAxes, particles, rng);
-    this.rho = this.regions.map((region) => coefficient(this.image, this.disc, region, this.model)); // prettier-ignore
+    this.rho = this.regions.map((region) =>
+      coefficient(this.image, this.disc, region, this.model),
+    );
     this.limit = this.around.mean + sigmas * this.around.spread;
     this.positives = this.rho.filter((rho) => rho > this.limit).length;
     this.pointed = undefined; // it was one of those before
@@ -84,9 +124,21 @@ class Doors {
     const { frame, particles } = this.controls.values;
     const needed = most(this.share, particles);
     const begun = this.positives > needed;
-    this.said.textContent = `Frame ${frame}: ${this.positives} of ${particles} appear; it takes more than ${number(needed)}, so the tracking ${begun ? "starts" : "does not start"}.`; // prettier-ignore
-    this.view.node.setAttribute("aria-label", `Frame ${frame} with ${particles} samples, of which ${this.positives} appear`); // prettier-ignore
-    this.plot.node.setAttribute("aria-label", `Coefficients of the background, the limit at ${this.limit.toFixed(2)}, the student at ${this.student.toFixed(2)}, and a mark for each sample`); // prettier-ignore
+    this.said.textContent =
+      `Frame ${frame}: ${this.positives} of ${particles} appear; it ` +
+      `takes more than ${number(needed)}, so the tracking ` +
+      `${begun ? "starts" : "does not start"}.`;
+    this.view.node.setAttribute(
+      "aria-label",
+      `Frame ${frame} with ${particles} samples, of which ` +
+        `${this.positives} appear`,
+    );
+    this.plot.node.setAttribute(
+      "aria-label",
+      "Coefficients of the background, the limit at " +
+        `${this.limit.toFixed(2)}, the student at ` +
+        `${this.student.toFixed(2)}, and a mark for each sample`,
+    );
     this.view.redraw();
     this.plot.redraw();
   }
@@ -96,7 +148,15 @@ class Doors {
     const scale = width / this.size[0];
     const ellipse = ([cx, cy, , hx, hy], color, thick) => {
       pen.beginPath();
-      pen.ellipse((cx + 0.5) * scale, (cy + 0.5) * scale, hx * scale, hy * scale, 0, 0, 7);
+      pen.ellipse(
+        (cx + 0.5) * scale,
+        (cy + 0.5) * scale,
+        hx * scale,
+        hy * scale,
+        0,
+        0,
+        7,
+      );
       Object.assign(pen, { strokeStyle: color, lineWidth: thick });
       pen.stroke();
     };
@@ -105,7 +165,9 @@ class Doors {
     pen.globalAlpha = 0.3;
     this.regions.forEach((region, i) => ellipse(region, colors[i], 1.2));
     pen.globalAlpha = 1;
-    this.regions.forEach(([cx, cy], i) => dot(pen, (cx + 0.5) * scale, (cy + 0.5) * scale, 2.6, colors[i])); // prettier-ignore
+    this.regions.forEach(([cx, cy], i) =>
+      dot(pen, (cx + 0.5) * scale, (cy + 0.5) * scale, 2.6, colors[i]),
+    );
     for (const [x, y, reach] of this.zones())
       if (Number.isFinite(reach)) {
         const region = [x, y, 0, REACH * reach, REACH * reach];
@@ -124,10 +186,16 @@ class Doors {
     const { counts, mean } = this.around;
     const tallest = Math.max(...counts);
     const box = [34, 22, width - 42, height - 84];
-    const { across, down } = axes(pen, box, { x: [0, 1], y: [0, tallest], ylabel: "ellipses of the background" }); // prettier-ignore
+    const { across, down } = axes(pen, box, {
+      x: [0, 1],
+      y: [0, tallest],
+      ylabel: "ellipses of the background",
+    });
     const wide = across(1 / counts.length) - across(0);
     pen.fillStyle = BARS;
-    counts.forEach((count, i) => pen.fillRect(across(i / counts.length), down(count), wide, down(0) - down(count))); // prettier-ignore
+    counts.forEach((count, i) =>
+      pen.fillRect(across(i / counts.length), down(count), wide, down(0) - down(count)),
+    );
     const { sigmas } = this.controls.values;
     const lines = [
       [mean, ink, "\u03bc"],
@@ -143,9 +211,15 @@ class Doors {
       pen.fillStyle = ink;
       pen.fillText(`${label} ${value.toFixed(2)}`, across(LEGEND), y);
     });
-    const below = this.background.filter((rho) => rho <= this.limit).length / this.background.length; // prettier-ignore
+    const below =
+      this.background.filter((rho) => rho <= this.limit).length /
+      this.background.length;
     Object.assign(pen, { fillStyle: ink, textAlign: "left" });
-    pen.fillText(`${(100 * below).toFixed(1)} % of the background below the limit`, box[0], height - 4); // prettier-ignore
+    pen.fillText(
+      `${(100 * below).toFixed(1)} % of the background below the limit`,
+      box[0],
+      height - 4,
+    );
     const top = height - 54;
     this.rho.forEach((rho, i) => {
       pen.fillStyle = rho > this.limit ? APPEARS : ink;
@@ -153,7 +227,11 @@ class Doors {
       pen.fillRect(across(rho) - thick / 2, top + GAP, thick, RUG);
     });
     Object.assign(pen, { fillStyle: ink, textAlign: "right" });
-    pen.fillText("a mark for each sample; coefficient \u03c1", box[0] + box[2], height - 20);
+    pen.fillText(
+      "a mark for each sample; coefficient \u03c1",
+      box[0] + box[2],
+      height - 20,
+    );
   }
 
   hands() {
@@ -164,7 +242,10 @@ class Doors {
     const far = ([u, v], [x, y]) => Math.hypot(u - x, v - y);
     const centres = () => {
       const { x1, y1, x2, y2 } = this.controls.values;
-      return [[x1, y1], [x2, y2]]; // prettier-ignore
+      return [
+        [x1, y1],
+        [x2, y2],
+      ];
     };
     let door = 0;
     const to = (point) => {

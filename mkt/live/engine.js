@@ -9,7 +9,7 @@
 
 const SPACES = { hsv: [10, 10, 10], rgb: [8, 8, 8], hs: [10, 10] };
 const FIXED = 4096; // OpenCV's divisions are products with whole numbers over it
-const rint = (x) => 2 * Math.round(x / 2) === x + 0.5 ? x + 0.5 : Math.ceil(x - 0.5);
+const rint = (x) => (2 * Math.round(x / 2) === x + 0.5 ? x + 0.5 : Math.ceil(x - 0.5));
 const over = (top) =>
   Int32Array.from({ length: 256 }, (_, i) => (i ? rint((top * FIXED) / i) : 0));
 const BY_VALUE = over(255);
@@ -60,15 +60,21 @@ export function colorBins({ space = "hsv", sMin = 0.1, vMin = 0.2 } = {}) {
 
 export const MOST_SUBFRAMES = 32;
 
-// What a camera sees, without noise, of an object that crosses the place of a region along
-// x while the shutter is open: the mean of sub-frames.  Pictures are RGBA; the speed is in
-// pixels a frame, the exposure a share of the frame.
+// What a camera sees, without noise, of an object that crosses the place of a region
+// along x while the shutter is open: the mean of sub-frames.  Pictures are RGBA; the
+// speed is in pixels a frame, the exposure a share of the frame.
 export function blurred(ground, sprite, [cx, cy], { exposure, speed }) {
   const path = speed * exposure;
   const n = Math.min(Math.max(Math.ceil(path), 1), MOST_SUBFRAMES);
   const { width, height } = ground;
-  const [left, top] = [cx + 0.5 - sprite.width / 2, Math.round(cy + 0.5 - sprite.height / 2)];
-  const lefts = Array.from({ length: n }, (_, k) => left + path * ((k + 0.5) / n - 0.5));
+  const [left, top] = [
+    cx + 0.5 - sprite.width / 2,
+    Math.round(cy + 0.5 - sprite.height / 2),
+  ];
+  const lefts = Array.from(
+    { length: n },
+    (_, k) => left + path * ((k + 0.5) / n - 0.5),
+  );
   const mean = Float64Array.from(ground.data);
   const first = Math.max(Math.floor(left - path / 2) - 1, 0);
   const last = Math.min(Math.ceil(left + path / 2) + sprite.width + 1, width);
@@ -77,8 +83,11 @@ export function blurred(ground, sprite, [cx, cy], { exposure, speed }) {
       const p = 4 * (row * width + column);
       const painted = [0, 0, 0, 0];
       for (const each of lefts)
-        between(sprite, column - each, row - top).forEach((value, i) => (painted[i] += value / n));
-      for (let i = 0; i < 3; i++) mean[p + i] = ground.data[p + i] * (1 - painted[3]) + painted[i];
+        between(sprite, column - each, row - top).forEach(
+          (value, i) => (painted[i] += value / n),
+        );
+      for (let i = 0; i < 3; i++)
+        mean[p + i] = ground.data[p + i] * (1 - painted[3]) + painted[i];
     }
   const data = Uint8ClampedArray.from(mean, (value, i) => (i % 4 === 3 ? 255 : value));
   return { data, width, height };
@@ -92,7 +101,10 @@ function between({ data, width, height }, x, row) {
   if (row < 0 || row >= height || first < -1 || first >= width) return NOTHING;
   const share = x - first;
   const sum = [0, 0, 0, 0];
-  for (const [column, weight] of [[first, 1 - share], [first + 1, share]]) { // prettier-ignore
+  for (const [column, weight] of [
+    [first, 1 - share],
+    [first + 1, share],
+  ]) {
     if (column < 0 || column >= width || !weight) continue;
     const p = 4 * (row * width + column);
     const opacity = (weight * data[p + 3]) / 255;
@@ -109,14 +121,26 @@ export function warp([cx, cy, theta, hx, hy], [x, y]) {
   return [cx + c * hx * x - s * hy * y, cy + s * hx * x + c * hy * y];
 }
 
-export const CORNERS = [[-1, -1], [1, -1], [1, 1], [-1, 1]]; // prettier-ignore
+export const CORNERS = [
+  [-1, -1],
+  [1, -1],
+  [1, 1],
+  [-1, 1],
+];
 export const corners = (region) => CORNERS.map((point) => warp(region, point));
 
-export const displaced = ([cx, cy, theta, hx, hy], dx, dy, turn, scale = 1) =>
-  [cx + dx, cy + dy, theta + turn, hx * scale, hy * scale]; // prettier-ignore
+export const displaced = ([cx, cy, theta, hx, hy], dx, dy, turn, scale = 1) => [
+  cx + dx,
+  cy + dy,
+  theta + turn,
+  hx * scale,
+  hy * scale,
+];
 
 export const linspace = (low, high, n) =>
-  Array.from({ length: n }, (_, i) => (n > 1 ? low + (i * (high - low)) / (n - 1) : low));
+  Array.from({ length: n }, (_, i) =>
+    n > 1 ? low + (i * (high - low)) / (n - 1) : low,
+  );
 
 // Kernels: mkt.kernels, with points in the canonical square
 
@@ -148,9 +172,10 @@ export function layout({ layout: name = "3x3", span = 1, elliptic = false }, asp
   return { half, radii, centres };
 }
 
-// The samples that some kernel sees, and for each kernel its samples with their weights.
-// `columns` holds a pair's weight and its derivatives by a shift along x and y, a turn
-// and the logarithm of the size, with C held fixed: mkt.trackers.ssd.template.
+// The samples that some kernel sees, and for each kernel its samples with their
+// weights.  `columns` holds a pair's weight and its derivatives by a shift along x and
+// y, a turn and the logarithm of the size, with C held fixed:
+// mkt.trackers.ssd.template.
 export function fitted(spec, region) {
   const { layout: name = "3x3", profile = "epanechnikov", samples = 1200 } = spec;
   const aspect = Math.max(Number((region[3] / region[4]).toFixed(6)), 1e-6);
@@ -244,7 +269,10 @@ export function histograms(image, kernels, region) {
   const counts = count(image, kernels, region);
   return Array.from({ length: kernels.starts.length - 1 }, (_, j) => {
     const q = counts.slice(j * (image.m + 1), j * (image.m + 1) + image.m);
-    const total = Math.max(q.reduce((a, b) => a + b, 0), 1e-9); // prettier-ignore
+    const total = Math.max(
+      q.reduce((a, b) => a + b, 0),
+      1e-9,
+    );
     return q.map((value) => value / total);
   });
 }
@@ -254,7 +282,9 @@ export function learn(image, region, spec) {
   const kernels = fitted(spec, region);
   const q = histograms(image, kernels, region);
   if (q.some((each) => !each.some((value) => value > 0)))
-    throw new Error("part of the region lies outside the image; choose a box inside it");
+    throw new Error(
+      "part of the region lies outside the image; choose a box inside it",
+    );
   const filled = q.map((each) => [...each.keys()].filter((u) => each[u] > 0));
   return { kernels, q, filled, m: image.m };
 }
@@ -325,7 +355,12 @@ export function restless(motion, noise) {
 
 function predict({ regions, velocities }, motion, rng) {
   const n = regions.length;
-  const draws = [rng.normals(2 * n), rng.normals(2 * n), rng.normals(n), rng.normals(n)];
+  const draws = [
+    rng.normals(2 * n),
+    rng.normals(2 * n),
+    rng.normals(n),
+    rng.normals(n),
+  ];
   const [kicks, walk, turns, growths] = draws;
   const moved = velocities.map((velocity, i) => {
     const unit = Math.sqrt(regions[i][3] * regions[i][4]);
@@ -365,11 +400,15 @@ export function normalised(logWeights) {
 export const effectiveSampleSize = (weights) => 1 / total(weights.map((w) => w * w));
 
 function meanRegion(regions, weights) {
-  const mean = (of) => regions.reduce((sum, region, i) => sum + weights[i] * of(region), 0);
+  const mean = (of) =>
+    regions.reduce((sum, region, i) => sum + weights[i] * of(region), 0);
   return [
     mean(([cx]) => cx),
     mean(([, cy]) => cy),
-    Math.atan2(mean(([, , t]) => Math.sin(t)), mean(([, , t]) => Math.cos(t))),
+    Math.atan2(
+      mean(([, , t]) => Math.sin(t)),
+      mean(([, , t]) => Math.cos(t)),
+    ),
     Math.exp(mean(([, , , hx]) => Math.log(hx))),
     Math.exp(mean(([, , , , hy]) => Math.log(hy))),
   ];
@@ -390,7 +429,10 @@ function search(weights, positions) {
 }
 
 const spaced = (weights, offsets) =>
-  search(weights, weights.map((_, i) => (i + offsets(i)) / weights.length)); // prettier-ignore
+  search(
+    weights,
+    weights.map((_, i) => (i + offsets(i)) / weights.length),
+  );
 
 // Weights and random numbers to the indices of those that live on.
 export const SCHEMES = {
@@ -444,7 +486,15 @@ export function filterStep(options, { target, particles: before }, image, rng) {
   };
   const nEff = effectiveSampleSize(weights);
   const lost = d > options.lostAbove;
-  const found = { region, distance: d, lost, nEff, particles: regions, weights, ancestors };
+  const found = {
+    region,
+    distance: d,
+    lost,
+    nEff,
+    particles: regions,
+    weights,
+    ancestors,
+  };
   return [{ target, particles: drawn }, found];
 }
 
@@ -491,7 +541,8 @@ export function differentiate({ kernels, m }, image, region, derivativeOfC = tru
     for (let u = j * m; u < (j + 1) * m; u++) {
       q[u] /= all;
       for (let k = 0; k < 4; k++)
-        dq[4 * u + k] = (dq[4 * u + k] - (derivativeOfC ? q[u] * sums[k + 1] : 0)) / all;
+        dq[4 * u + k] =
+          (dq[4 * u + k] - (derivativeOfC ? q[u] * sums[k + 1] : 0)) / all;
     }
   }
   return { q, dq };
@@ -535,7 +586,7 @@ export function moved([cx, cy, theta, hx, hy], step) {
 // Regions from a start, one step after the other, `enough` says when to end.
 export function newtonPath(target, image, start, steps, derivativeOfC, enough = 0) {
   const regions = [start];
-  for (let short = false; !short && regions.length <= steps; ) {
+  for (let short = false; !short && regions.length <= steps;) {
     const at = differentiate(target, image, regions.at(-1), derivativeOfC);
     const step = newtonStep(at, target);
     regions.push(moved(regions.at(-1), step));
@@ -560,7 +611,11 @@ function refine(options, { target, size }, image, start) {
   const found = Math.sqrt(hx * hy);
   const factor = Math.min(Math.max(found, sizes[0] * size), sizes[1] * size) / found;
   const region = [cx, cy, theta, hx * factor, hy * factor];
-  return { region, distance: distanceAt(target, image, region), steps: path.length - 1 };
+  return {
+    region,
+    distance: distanceAt(target, image, region),
+    steps: path.length - 1,
+  };
 }
 
 export const COMBINED = { filter: FILTER, ssd: SSD, threshold: 0.6, refines: true };
@@ -572,7 +627,8 @@ export const combinedInit = (options, image, region, rng) => ({
 
 // The estimate of the filter, refined where the target is seen: the switch.
 function refined(options, ssd, image, info) {
-  if (!options.refines || info.distance > options.threshold) return { ...info, steps: 0 };
+  if (!options.refines || info.distance > options.threshold)
+    return { ...info, steps: 0 };
   const better = refine(options.ssd, ssd, image, info.region);
   const lost = better.distance > options.ssd.lostAbove;
   return { ...info, ...better, lost };
@@ -593,7 +649,10 @@ export const ssdInit = (options, image, region) => ({
 export function ssdStep(options, state, image) {
   const found = refine(options, state, image, state.region);
   const lost = found.distance > options.lostAbove;
-  return [{ ...state, region: found.region }, { ...found, lost }];
+  return [
+    { ...state, region: found.region },
+    { ...found, lost },
+  ];
 }
 
 // What a tracker [init, step, options] finds in every image after the first one.
@@ -709,7 +768,10 @@ function characteristic({ gain, dt, delay, ratio = 0, rho = 0.3, mismatch = 1 })
   const plant = sum(product(late, bottom), times(top, -1));
   const pushed = product([gain * dt, 0], bottom);
   const compensated = product(top, [1, -1]);
-  const all = sum(product([1, -1], plant), times(sum(pushed, compensated), 1 / mismatch));
+  const all = sum(
+    product([1, -1], plant),
+    times(sum(pushed, compensated), 1 / mismatch),
+  );
   let length = all.length;
   while (Math.abs(all[length - 1]) < 1e-12) length--;
   return all.slice(0, length);
@@ -719,14 +781,20 @@ function characteristic({ gain, dt, delay, ratio = 0, rho = 0.3, mismatch = 1 })
 // from a start that is near them.  Each is [real part, imaginary part].
 function roots(polynomial, start) {
   const by = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
-  const at = (z) => polynomial.reduce((value, each) => {
-    const [re, im] = by(value, z);
-    return [re + each, im];
-  }, [0, 0]); // prettier-ignore
+  const at = (z) =>
+    polynomial.reduce(
+      (value, each) => {
+        const [re, im] = by(value, z);
+        return [re + each, im];
+      },
+      [0, 0],
+    );
   const spread = (i) => [Math.cos(i + 0.4), Math.sin(i + 0.4)];
   // From the real axis alone no pair of complex roots is ever found.
   const beside = ([re, im], i) => [re, im + 1e-3 * (i + 1)];
-  let found = start?.map(beside) ?? Array.from({ length: polynomial.length - 1 }, (_, i) => spread(i)); // prettier-ignore
+  let found =
+    start?.map(beside) ??
+    Array.from({ length: polynomial.length - 1 }, (_, i) => spread(i));
   for (let round = 0, change = 1; round < 500 && change > 1e-11; round++) {
     change = 0;
     found = found.map((z, i) => {
@@ -741,13 +809,14 @@ function roots(polynomial, start) {
   return found;
 }
 
-// The poles of the loop: gain, dt, delay, and if need be ratio and rho of the filter and
-// mismatch, as in mkt.servoing.poles; `start` has those of a gain that is near.
+// The poles of the loop: gain, dt, delay, and if need be ratio and rho of the filter
+// and mismatch, as in mkt.servoing.poles; `start` has those of a gain that is near.
 export const poles = (loop, start) => roots(characteristic(loop), start);
 
 // Overlap and success: mkt.evaluation
 
-const cross = ([ax, ay], [bx, by], [px, py]) => (bx - ax) * (py - ay) - (by - ay) * (px - ax);
+const cross = ([ax, ay], [bx, by], [px, py]) =>
+  (bx - ax) * (py - ay) - (by - ay) * (px - ax);
 const area = (polygon) =>
   total(polygon.map((p, i) => cross([0, 0], p, polygon[(i + 1) % polygon.length]))) / 2;
 
@@ -767,7 +836,8 @@ function cut(polygon, a, b) {
 export function overlap(one, other) {
   const around = corners(other);
   const common = around.reduce(
-    (polygon, a, i) => (polygon.length ? cut(polygon, a, around[(i + 1) % 4]) : polygon),
+    (polygon, a, i) =>
+      polygon.length ? cut(polygon, a, around[(i + 1) % 4]) : polygon,
     corners(one),
   );
   const both = common.length ? area(common) : 0;
@@ -783,4 +853,6 @@ export function errors([x, y, theta], [trueX, trueY, turn]) {
 
 // The share of overlaps above each limit.
 export const success = (overlaps, limits) =>
-  limits.map((limit) => overlaps.filter((each) => each > limit).length / overlaps.length);
+  limits.map(
+    (limit) => overlaps.filter((each) => each > limit).length / overlaps.length,
+  );

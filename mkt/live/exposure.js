@@ -1,5 +1,6 @@
-// The frames of figures 6 and 7 of [T09], painted: the car on its path, the screen before
-// it, and the shutter open for a share of the frame, as mkt.scenes.rendering has them.
+// The frames of figures 6 and 7 of [T09], painted: the car on its path, the screen
+// before it, and the shutter open for a share of the frame, as mkt.scenes.rendering has
+// them.
 
 import { corners, linspace, MOST_SUBFRAMES, screen } from "./engine.js";
 import { el } from "./page.js";
@@ -11,7 +12,8 @@ export class Exposure {
     this.pen = this.scene.getContext("2d", { willReadFrequently: true });
   }
 
-  // The path of one seed [x, y, theta] at `times`, and the frames that the screen hides.
+  // The path of one seed [x, y, theta] at `times`, and the frames that the screen
+  // hides.
   set(path, frames) {
     this.path = path;
     const { shutter, first } = this;
@@ -22,8 +24,14 @@ export class Exposure {
     const [start, step] = this.times;
     const at = Math.min(Math.max((t - start) / step, 0), this.path.length - 1);
     const [k, share] = [Math.floor(at), at % 1];
-    const [one, next] = [this.path[k], this.path[Math.min(k + 1, this.path.length - 1)]];
-    return [...one.map((value, i) => value + share * (next[i] - value)), ...this.halves];
+    const [one, next] = [
+      this.path[k],
+      this.path[Math.min(k + 1, this.path.length - 1)],
+    ];
+    return [
+      ...one.map((value, i) => value + share * (next[i] - value)),
+      ...this.halves,
+    ];
   }
 
   // So many that nothing jumps by more than a pixel.
@@ -44,7 +52,9 @@ export class Exposure {
 
   inSight(k) {
     const reach = (this.width + this.screen.width) / 2;
-    return this.ends(k).some((t) => Math.abs(this.screen.middle(t)[0] - this.width / 2) < reach); // prettier-ignore
+    return this.ends(k).some(
+      (t) => Math.abs(this.screen.middle(t)[0] - this.width / 2) < reach,
+    );
   }
 
   // The part of the picture that moves while the shutter is open, as left, top, width,
@@ -75,7 +85,8 @@ export class Exposure {
     const picture = this.pen.getImageData(0, 0, width, height);
     for (let row = 0, p = 0; row < box[3]; row++) {
       const from = 4 * ((box[1] + row) * width + box[0]);
-      for (let i = 0; i < 4 * box[2]; i++, p++) picture.data[from + i] = sum[p] / instants.length;
+      for (let i = 0; i < 4 * box[2]; i++, p++)
+        picture.data[from + i] = sum[p] / instants.length;
     }
     return picture;
   }

@@ -1,6 +1,16 @@
 // Figure 1 of [T09], live: the kernel dragged over the picture, and who counts where.
 
-import { corners, displaced, distanceAt, fitted, histograms, layout, learn, look, warp } from "./engine.js"; // prettier-ignore
+import {
+  corners,
+  displaced,
+  distanceAt,
+  fitted,
+  histograms,
+  layout,
+  learn,
+  look,
+  warp,
+} from "./engine.js";
 import { SHOWN, still } from "./objects.js";
 import { load } from "./host.js";
 import { axes, Canvas, Controls, el, number, outline, takeOver } from "./page.js";
@@ -11,20 +21,35 @@ const GREEN = "#33b24d";
 class Histograms {
   constructor(panel, name, { fields, colors }) {
     this.colors = colors;
-    const place = (reach, title) => ({ low: -reach, high: reach, step: 1, value: 0, own: true, title }); // prettier-ignore
+    const place = (reach, title) => ({
+      low: -reach,
+      high: reach,
+      step: 1,
+      value: 0,
+      own: true,
+      title,
+    });
     const free = {
       ...fields,
       span: { ...fields.span, step: 0.01 },
       x: place(60, "x [px]"),
       y: place(50, "y [px]"),
     };
-    this.controls = new Controls(name, free, (_values, _quick, asked) => this.follow(asked));
+    this.controls = new Controls(name, free, (_values, _quick, asked) =>
+      this.follow(asked),
+    );
     this.frame = new Canvas("", 0.9, (...pen) => this.drawFrame(...pen));
     this.seen = new Canvas("", 0.9, (...pen) => this.drawSamples(...pen));
     this.bars = new Canvas("", 0.3, (...pen) => this.drawBars(...pen), 210);
     this.bars.node.classList.add("mkt-wide");
     this.said = el("p", { class: "mkt-note", role: "status" });
-    const hint = el("p", { class: "mkt-note" }, "Drag the circle. Point at a bar, and its pixels light up; point at a pixel, and its bar does. Arrow keys move the circle, and go from bar to bar."); // prettier-ignore
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Drag the circle. Point at a bar, and its pixels light up; " +
+        "point at a pixel, and its bar does. Arrow keys move the " +
+        "circle, and go from bar to bar.",
+    );
     const nodes = [this.frame, this.seen, this.bars].map(({ node }) => node);
     const stage = el("div", { class: "mkt-stage mkt-pairs" }, ...nodes);
     const { node, note } = this.controls;
@@ -70,12 +95,16 @@ class Histograms {
   draw() {
     const { x, y } = this.controls.values;
     const words = [
-      `At x = ${number(x)} px, y = ${number(y)} px: ${this.filled.length} of ${this.q.length} bins filled`, // prettier-ignore
+      `At x = ${number(x)} px, y = ${number(y)} px: ` +
+        `${this.filled.length} of ${this.q.length} bins filled`,
       `distance ${this.distance.toFixed(3)} to the histogram at the object`,
     ];
     if (this.bin !== null) {
       const samples = this.labels.filter((u) => u === this.bin).length;
-      words.push(`bin ${this.bin} has q = ${this.q[this.bin].toFixed(4)}, from ${samples} of ${this.labels.length} samples`); // prettier-ignore
+      words.push(
+        `bin ${this.bin} has q = ${this.q[this.bin].toFixed(4)}, from ` +
+          `${samples} of ${this.labels.length} samples`,
+      );
     }
     this.said.textContent = `${words.join("; ")}.`;
     const about = {
@@ -135,7 +164,8 @@ class Histograms {
     const [, , , hx, hy] = this.object.region;
     // Samples of a row are neighbours.
     let gap = 2;
-    for (let i = 1; i < x.length; i++) if (y[i] === y[i - 1]) gap = Math.min(gap, x[i] - x[i - 1]); // prettier-ignore
+    for (let i = 1; i < x.length; i++)
+      if (y[i] === y[i - 1]) gap = Math.min(gap, x[i] - x[i - 1]);
     const side = onto([gap, 0])[0] - onto([0, 0])[0] + 0.5;
     pen.textAlign = "left";
     pen.fillText("pulled back, as bright as it weighs", 4, 14);
@@ -150,7 +180,10 @@ class Histograms {
       pen.fillRect(left - side / 2, top - side / 2, side, side);
     }
     pen.globalAlpha = 1;
-    pen.strokeRect(...onto([-1, -1]), ...[hx, hy].map((half, axis) => onto([1, 1])[axis] - onto([-1, -1])[axis])); // prettier-ignore
+    pen.strokeRect(
+      ...onto([-1, -1]),
+      ...[hx, hy].map((half, axis) => onto([1, 1])[axis] - onto([-1, -1])[axis]),
+    );
   }
 
   barBox(width, height) {
@@ -162,7 +195,12 @@ class Histograms {
     const box = this.barBox(width, height);
     const { q, filled } = this;
     const top = 1.08 * Math.max(...q, 0.01);
-    const limits = { x: [-0.5, q.length - 0.5], y: [0, top], xlabel: "bin u", ylabel: "q_u" };
+    const limits = {
+      x: [-0.5, q.length - 0.5],
+      y: [0, top],
+      xlabel: "bin u",
+      ylabel: "q_u",
+    };
     const { across, down } = axes(pen, box, limits);
     const ink = pen.fillStyle;
     const thick = Math.max(box[2] / q.length - 1, 2);
@@ -181,7 +219,11 @@ class Histograms {
     const right = this.bin > q.length / 2;
     pen.textAlign = right ? "right" : "left";
     const words = `bin ${this.bin}: ${q[this.bin].toFixed(4)}`;
-    pen.fillText(words, across(this.bin) + (right ? -8 : 8), Math.max(down(q[this.bin]), box[1] + 12)); // prettier-ignore
+    pen.fillText(
+      words,
+      across(this.bin) + (right ? -8 : 8),
+      Math.max(down(q[this.bin]), box[1] + 12),
+    );
     pen.beginPath();
     pen.moveTo(across(this.bin), down(0));
     pen.lineTo(across(this.bin), down(0) + 6);
@@ -199,7 +241,9 @@ class Histograms {
         ({ x, y } = this.controls.values);
       },
       ([u, v]) => {
-        const moved = [u - from[0], v - from[1]].map((each) => Math.round(each / this.scale));
+        const moved = [u - from[0], v - from[1]].map((each) =>
+          Math.round(each / this.scale),
+        );
         this.controls.set({ x: x + moved[0], y: y + moved[1] }, true);
       },
       settle,
@@ -219,7 +263,9 @@ class Histograms {
 
   binAt([u, v]) {
     const { width, labels } = this.object.images[0];
-    const [column, row] = [SHOWN[0] + u / this.scale, SHOWN[1] + v / this.scale].map(Math.floor); // prettier-ignore
+    const [column, row] = [SHOWN[0] + u / this.scale, SHOWN[1] + v / this.scale].map(
+      Math.floor,
+    );
     return labels[row * width + column] ?? null;
   }
 
@@ -240,7 +286,9 @@ class Histograms {
     const [left, , width] = this.barBox(this.bars.node.clientWidth, 0);
     const bin = ((u - left) / width) * this.q.length - 0.5;
     const off = (each) => Math.abs(each - bin);
-    const nearest = this.filled.reduce((best, each) => (off(each) < off(best) ? each : best));
+    const nearest = this.filled.reduce((best, each) =>
+      off(each) < off(best) ? each : best,
+    );
     return (off(nearest) * width) / this.q.length < NEAR ? nearest : null;
   }
 }

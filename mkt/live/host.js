@@ -1,5 +1,5 @@
-// What stands round live figures: a page of the book, or, where widget.js has put itself
-// in its place, a cell of JupyterLab.
+// What stands round live figures: a page of the book, or, where widget.js has put
+// itself in its place, a cell of JupyterLab.
 
 const AT_ONCE = 1000; // [ms]
 const HERE = document.currentScript?.src;

@@ -2,7 +2,7 @@
 // wherever the car is dragged.
 
 import { load } from "./host.js";
-import { bitmap, Canvas, Controls, el, outline, takeOver, write } from "./page.js"; // prettier-ignore
+import { bitmap, Canvas, Controls, el, outline, takeOver, write } from "./page.js";
 import { motions } from "./servoing.js";
 import { drawTable } from "./table.js";
 
@@ -29,7 +29,11 @@ function arrow(pen, way) {
   if (Math.hypot(end[0] - way[0][0], end[1] - way[0][1]) < TIP / 2) return;
   const ahead = Math.atan2(end[1] - before[1], end[0] - before[0]);
   pen.beginPath();
-  for (const [far, aside] of [[0, 0], [TIP, 0.4], [TIP, -0.4]]) { // prettier-ignore
+  for (const [far, aside] of [
+    [0, 0],
+    [TIP, 0.4],
+    [TIP, -0.4],
+  ]) {
     const [c, s] = [Math.cos(ahead + aside), Math.sin(ahead + aside)];
     pen.lineTo(end[0] - far * c, end[1] - far * s);
   }
@@ -52,8 +56,18 @@ class Interaction {
       this.hands(view);
       return view;
     });
-    const stage = el("div", { class: "mkt-stage mkt-track" }, ...this.views.map(({ node }) => node)); // prettier-ignore
-    const hint = el("p", { class: "mkt-note" }, "Drag the car in any view, or move it with the arrow keys. Green is the car now, orange where it appears after the camera alone has moved; below each view is its column of L."); // prettier-ignore
+    const stage = el(
+      "div",
+      { class: "mkt-stage mkt-track" },
+      ...this.views.map(({ node }) => node),
+    );
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Drag the car in any view, or move it with the arrow keys. " +
+        "Green is the car now, orange where it appears after the " +
+        "camera alone has moved; below each view is its column of L.",
+    );
     this.said = el("p", { class: "mkt-note", role: "status" });
     const { node, note } = this.controls;
     takeOver(panel, node, note, stage, this.said, hint, this.controls.copies());
@@ -100,7 +114,11 @@ class Interaction {
     const way = this.ways[k].map((corners) => corners.map(onto));
     outline(pen, way[0], CURRENT, 2.5);
     outline(pen, way.at(-1), this.moved, 2.5);
-    for (const corner of way[0].keys()) arrow(pen, way.map((at) => at[corner]));
+    for (const corner of way[0].keys())
+      arrow(
+        pen,
+        way.map((at) => at[corner]),
+      );
     pen.restore();
     Object.assign(pen, { fillStyle: ink, textAlign: "center" });
     const narrow = pen.measureText(this.column(k)).width > width;

@@ -19,8 +19,17 @@ class Kernels {
     this.object = new Canvas("", 0.75, (...pen) => this.drawObject(...pen));
     this.weights = new Canvas("", 0.75, (...pen) => this.drawWeights(...pen));
     this.said = el("p", { class: "mkt-note", role: "status" });
-    const hint = el("p", { class: "mkt-note" }, "Point at a kernel, or go from one to the next with the arrow keys."); // prettier-ignore
-    const stage = el("div", { class: "mkt-stage mkt-pairs" }, this.object.node, this.weights.node); // prettier-ignore
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Point at a kernel, or go from one to the next with the arrow keys.",
+    );
+    const stage = el(
+      "div",
+      { class: "mkt-stage mkt-pairs" },
+      this.object.node,
+      this.weights.node,
+    );
     const { node, note } = this.controls;
     takeOver(panel, node, note, stage, this.said, hint, this.controls.copies());
     this.hands();
@@ -59,9 +68,20 @@ class Kernels {
     const all = pixelGrid(SAMPLES, this.region[3] / this.region[4]).length;
     const worth = 1 / mine.reduce((sum, w) => sum + w * w, 0);
     const covered = Math.round((100 * x.length) / all);
-    this.said.textContent = `Kernel ${k + 1} of ${many}, ${this.spec.profile}: it sees ${mine.length} of ${all} samples, worth ${Math.round(worth)} equal ones (1 / sum K\u00b2). Some kernel sees ${covered} % of the object.`; // prettier-ignore
-    this.object.node.setAttribute("aria-label", `The object with ${many} kernels, number ${k + 1} thick`); // prettier-ignore
-    this.weights.node.setAttribute("aria-label", `The weights of kernel ${k + 1} over the object, ${number(mine.length)} samples`); // prettier-ignore
+    this.said.textContent =
+      `Kernel ${k + 1} of ${many}, ${this.spec.profile}: it sees ` +
+      `${mine.length} of ${all} samples, worth ${Math.round(worth)} ` +
+      `equal ones (1 / sum K\u00b2). Some kernel sees ${covered} % ` +
+      "of the object.";
+    this.object.node.setAttribute(
+      "aria-label",
+      `The object with ${many} kernels, number ${k + 1} thick`,
+    );
+    this.weights.node.setAttribute(
+      "aria-label",
+      `The weights of kernel ${k + 1} over the object, ` +
+        `${number(mine.length)} samples`,
+    );
     this.object.redraw();
     this.weights.redraw();
   }
@@ -89,7 +109,10 @@ class Kernels {
     this.plan.centres.forEach((centre, k) => {
       const [u, v] = place(centre);
       const mine = k === this.chosen();
-      for (const [color, thick] of [["#000a", mine ? 6 : 3.5], [mine ? BLUE : LIGHT, mine ? 3.5 : 1.5]]) { // prettier-ignore
+      for (const [color, thick] of [
+        ["#000a", mine ? 6 : 3.5],
+        [mine ? BLUE : LIGHT, mine ? 3.5 : 1.5],
+      ]) {
         Object.assign(pen, { strokeStyle: color, lineWidth: thick });
         pen.beginPath();
         if (this.spec.layout === "tiles")

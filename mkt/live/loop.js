@@ -16,7 +16,13 @@ const speedAt = (t) => SPEED * ((t >= 1) - 2 * (t >= 8) + (t >= 12));
 class RootLocus {
   constructor(panel, name, { fields, viridis }) {
     this.viridis = viridis;
-    const free = (field, low, high, step, title) => ({ low, high, step, value: Number(field.value), title }); // prettier-ignore
+    const free = (field, low, high, step, title) => ({
+      low,
+      high,
+      step,
+      value: Number(field.value),
+      title,
+    });
     const { gain, delay, compensation, fps, mismatch } = fields;
     const each = {
       gain: free(gain, 0.05, MOST, 0.05, "gain [1/s]"),
@@ -29,8 +35,17 @@ class RootLocus {
     this.plane = new Canvas("", 0.9, (...pen) => this.drawPlane(...pen));
     this.answer = new Canvas("", 0.9, (...pen) => this.drawAnswer(...pen));
     this.said = el("p", { class: "mkt-note", role: "status" });
-    const hint = el("p", { class: "mkt-note" }, "Drag a cross along its way, or turn the gain up with the arrow keys."); // prettier-ignore
-    const stage = el("div", { class: "mkt-stage mkt-pairs" }, this.plane.node, this.answer.node); // prettier-ignore
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Drag a cross along its way, or turn the gain up with the arrow keys.",
+    );
+    const stage = el(
+      "div",
+      { class: "mkt-stage mkt-pairs" },
+      this.plane.node,
+      this.answer.node,
+    );
     const { node, note } = this.controls;
     takeOver(panel, node, note, stage, this.said, hint, this.controls.copies());
     this.hands();
@@ -54,9 +69,16 @@ class RootLocus {
     if (!this.chosen.length) this.chosen = [[0, 0]]; // of an error that is gone at once
     this.radius = Math.max(...this.chosen.map((z) => Math.hypot(...z)));
     const { dt } = this.loop();
-    this.times = Array.from({ length: Math.ceil(SECONDS / dt - 1e-9) }, (_, k) => k * dt);
+    this.times = Array.from(
+      { length: Math.ceil(SECONDS / dt - 1e-9) },
+      (_, k) => k * dt,
+    );
     this.speeds = this.times.map(speedAt);
-    this.errors = oneFeature(this.loop(), this.speeds, this.times.map(() => 0)); // prettier-ignore
+    this.errors = oneFeature(
+      this.loop(),
+      this.speeds,
+      this.times.map(() => 0),
+    );
     this.draw();
   }
 
@@ -67,10 +89,25 @@ class RootLocus {
     const product = `Gain x frame period${mismatch === 1 ? "" : " / mismatch"}`;
     const far = Math.max(...this.errors.map(Math.abs));
     const reach = far < 1000 ? `${far.toFixed(1)} cm` : "more than 10 m";
-    this.said.textContent = `Largest pole ${this.radius.toFixed(3)}: ${stable}. ${product} = ${number(gain / fps / mismatch)}, ${this.chosen.length} ${this.chosen.length > 1 ? "poles" : "pole"} beside values that are stored for one frame, greatest distance ${reach}.`; // prettier-ignore
-    const words = this.chosen.map(([re, im]) => `${re.toFixed(2)} ${im < 0 ? "-" : "+"} ${Math.abs(im).toFixed(2)} i`); // prettier-ignore
-    this.plane.node.setAttribute("aria-label", `The complex plane; poles at ${words.join(", ")}; ${stable}`); // prettier-ignore
-    this.answer.node.setAttribute("aria-label", `How far the camera is behind a target of 5 cm/s that turns back and stops, with ${delay} frames of delay: at most ${reach}`); // prettier-ignore
+    this.said.textContent =
+      `Largest pole ${this.radius.toFixed(3)}: ${stable}. ${product} ` +
+      `= ${number(gain / fps / mismatch)}, ${this.chosen.length} ` +
+      `${this.chosen.length > 1 ? "poles" : "pole"} beside values ` +
+      `that are stored for one frame, greatest distance ${reach}.`;
+    const words = this.chosen.map(
+      ([re, im]) =>
+        `${re.toFixed(2)} ${im < 0 ? "-" : "+"} ${Math.abs(im).toFixed(2)} i`,
+    );
+    this.plane.node.setAttribute(
+      "aria-label",
+      `The complex plane; poles at ${words.join(", ")}; ${stable}`,
+    );
+    this.answer.node.setAttribute(
+      "aria-label",
+      "How far the camera is behind a target of 5 cm/s that turns " +
+        `back and stops, with ${delay} frames of delay: at most ` +
+        `${reach}`,
+    );
     this.plane.redraw();
     this.answer.redraw();
   }
@@ -84,7 +121,12 @@ class RootLocus {
   drawPlane(pen, width, height) {
     if (!this.chosen) return;
     const box = this.planeBox(width, height);
-    const limits = { x: [-REAL, REAL], y: [-IMAGINARY, IMAGINARY], xlabel: "real part", ylabel: "imaginary part; dots: gain from 0 (dark) to 10" }; // prettier-ignore
+    const limits = {
+      x: [-REAL, REAL],
+      y: [-IMAGINARY, IMAGINARY],
+      xlabel: "real part",
+      ylabel: "imaginary part; dots: gain from 0 (dark) to 10",
+    };
     const { across, down } = axes(pen, box, limits);
     pen.save();
     pen.beginPath();
@@ -103,14 +145,18 @@ class RootLocus {
     pen.stroke();
     pen.globalAlpha = 1;
     this.ways.forEach((found, i) => {
-      pen.fillStyle = `rgb(${this.viridis[Math.round((255 * i) / this.ways.length)].join(" ")})`;
+      const color = this.viridis[Math.round((255 * i) / this.ways.length)];
+      pen.fillStyle = `rgb(${color.join(" ")})`;
       for (const [re, im] of found) {
         pen.beginPath();
         pen.arc(across(re), down(im), 2, 0, 7);
         pen.fill();
       }
     });
-    for (const [color, thick] of [["#000", 5.5], [ORANGE, 3]]) { // prettier-ignore
+    for (const [color, thick] of [
+      ["#000", 5.5],
+      [ORANGE, 3],
+    ]) {
       Object.assign(pen, { strokeStyle: color, lineWidth: thick });
       for (const [re, im] of this.chosen) {
         const [u, v] = [across(re), down(im)];
@@ -128,17 +174,25 @@ class RootLocus {
   drawAnswer(pen, width, height) {
     if (!this.errors) return;
     const box = [38, 22, width - 46, height - 62];
-    const limits = { x: [0, SECONDS], y: [-CENTIMETRES, CENTIMETRES], xlabel: "time [s]", ylabel: "error [cm] (green), target's velocity [cm/s]" }; // prettier-ignore
+    const limits = {
+      x: [0, SECONDS],
+      y: [-CENTIMETRES, CENTIMETRES],
+      xlabel: "time [s]",
+      ylabel: "error [cm] (green), target's velocity [cm/s]",
+    };
     const { across, down } = axes(pen, box, limits);
     pen.save();
     pen.beginPath();
     pen.rect(...box);
     pen.clip();
-    for (const [values, color, thick] of [[this.speeds, GREY, 1.2], [this.errors, GREEN, 2]]) { // prettier-ignore
+    for (const [values, color, thick] of [
+      [this.speeds, GREY, 1.2],
+      [this.errors, GREEN, 2],
+    ]) {
       Object.assign(pen, { strokeStyle: color, lineWidth: thick });
       pen.beginPath();
       values.forEach((value, k) => {
-        const cut = Math.min(Math.max(value, -99), 99); // one that runs away is infinite
+        const cut = Math.min(Math.max(value, -99), 99); // some are infinite
         pen.lineTo(across(this.times[k]), down(cut));
         pen.lineTo(across(this.times[k + 1] ?? SECONDS), down(cut));
       });

@@ -1,9 +1,33 @@
 // own.newton, live: Gauss-Newton on kernels, from any start, step by step.
 
-import { corners, differentiate, displaced, distanceAt, errors, learn, moved, newtonPath, newtonStep, overlap, SHORT, warp } from "./engine.js"; // prettier-ignore
+import {
+  corners,
+  differentiate,
+  displaced,
+  distanceAt,
+  errors,
+  learn,
+  moved,
+  newtonPath,
+  newtonStep,
+  overlap,
+  SHORT,
+  warp,
+} from "./engine.js";
 import { still } from "./objects.js";
 import { load } from "./host.js";
-import { axes, button, Canvas, Controls, el, knob, number, outline, SLICE, takeOver } from "./page.js"; // prettier-ignore
+import {
+  axes,
+  button,
+  Canvas,
+  Controls,
+  el,
+  knob,
+  number,
+  outline,
+  SLICE,
+  takeOver,
+} from "./page.js";
 
 const STEPS = 10;
 const FOUND = 0.8; // overlap with the truth beyond which a start led home
@@ -23,7 +47,9 @@ class Newton {
       span: { ...span, step: 0.05 },
       derivative_of_c: { ...derivative_of_c, title: "derivative of C" },
     };
-    this.controls = new Controls(name, free, (_values, _quick, asked) => this.follow(asked));
+    this.controls = new Controls(name, free, (_values, _quick, asked) =>
+      this.follow(asked),
+    );
     this.frame = new Canvas("", 0.77, (...pen) => this.drawFrame(...pen));
     this.basin = new Canvas("", 0.95, (...pen) => this.drawBasin(...pen));
     this.curve = new Canvas("", 0.5, (...pen) => this.drawCurve(...pen), 150);
@@ -36,8 +62,15 @@ class Newton {
       button("all steps", () => this.walk(STEPS)),
     );
     this.said = el("p", { class: "mkt-note", role: "status" });
-    const hint = el("p", { class: "mkt-note" }, "Drag the thick box or its knob, or choose a start on the map; arrow keys move it too. On the map, dark starts lead home."); // prettier-ignore
-    const nodes = [this.frame, this.basin, this.curve, this.slope].map(({ node }) => node);
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Drag the thick box or its knob, or choose a start on the map; " +
+        "arrow keys move it too. On the map, dark starts lead home.",
+    );
+    const nodes = [this.frame, this.basin, this.curve, this.slope].map(
+      ({ node }) => node,
+    );
     const stage = el("div", { class: "mkt-stage mkt-pairs" }, ...nodes);
     const { node, note } = this.controls;
     takeOver(panel, node, note, acts, stage, this.said, hint, this.controls.copies());
@@ -55,7 +88,11 @@ class Newton {
   follow(asked) {
     if (asked) this.taken = 0;
     const { layout, span, derivative_of_c, scale } = this.controls.values;
-    const spec = { layout, span: layout === "one" ? Math.min(span, 1) : span, samples: 2400 };
+    const spec = {
+      layout,
+      span: layout === "one" ? Math.min(span, 1) : span,
+      samples: 2400,
+    };
     const known = JSON.stringify(spec);
     if (this.spec !== known) this.target = learn(this.images[0], this.truth, spec);
     this.spec = known;
@@ -85,8 +122,12 @@ class Newton {
     this.map = map;
     this.home = new Float32Array(CELLS * CELLS).fill(NaN);
     clearTimeout(this.later);
-    // Every seventh cell, then the next ones: the picture is there early, and grows dense.
-    const order = Array.from({ length: CELLS * CELLS }, (_, i) => (i * 7) % (CELLS * CELLS));
+    // Every seventh cell, then the next ones: the picture is there early, and grows
+    // dense.
+    const order = Array.from(
+      { length: CELLS * CELLS },
+      (_, i) => (i * 7) % (CELLS * CELLS),
+    );
     const { scale } = this.controls.values;
     const work = () => {
       const end = performance.now() + SLICE;
@@ -105,9 +146,12 @@ class Newton {
   }
 
   draw() {
-    this.distances = this.path.map((each) => distanceAt(this.target, this.images[1], each));
+    this.distances = this.path.map((each) =>
+      distanceAt(this.target, this.images[1], each),
+    );
     this.describe();
-    for (const canvas of [this.frame, this.basin, this.curve, this.slope]) canvas.redraw();
+    for (const canvas of [this.frame, this.basin, this.curve, this.slope])
+      canvas.redraw();
   }
 
   describe() {
@@ -115,15 +159,23 @@ class Newton {
     const now = this.path[this.taken];
     const start = `start ${number(dx)} px and ${number(turn)} degrees off`;
     const [place, turned] = errors(now, this.truth);
-    const size = 100 * (Math.sqrt((now[3] * now[4]) / (this.truth[3] * this.truth[4])) - 1);
-    const left = `still off by ${place.toFixed(1)} px, ${((turned * 180) / Math.PI).toFixed(1)} degrees and ${Math.abs(size).toFixed(1)} % in size`; // prettier-ignore
-    this.said.textContent = `Step ${this.taken} of ${STEPS}, ${start}: distance ${this.distances[this.taken].toFixed(3)}; ${left}.`; // prettier-ignore
+    const size =
+      100 * (Math.sqrt((now[3] * now[4]) / (this.truth[3] * this.truth[4])) - 1);
+    const left =
+      `still off by ${place.toFixed(1)} px, ` +
+      `${((turned * 180) / Math.PI).toFixed(1)} degrees and ` +
+      `${Math.abs(size).toFixed(1)} % in size`;
+    this.said.textContent =
+      `Step ${this.taken} of ${STEPS}, ${start}: distance ` +
+      `${this.distances[this.taken].toFixed(3)}; ${left}.`;
     const share = this.home.filter((each) => each > FOUND).length / this.home.length;
     const about = {
       frame: `The frame with the truth, the ${start}, and the steps`,
       basin: `The basin: ${Math.round(100 * share)} of 100 starts lead home`,
       curve: "The distance after every step",
-      slope: `O along the next step, ${this.costAt(now).toFixed(2)} at its beginning, and the parabola that Gauss-Newton takes it for`, // prettier-ignore
+      slope:
+        `O along the next step, ${this.costAt(now).toFixed(2)} at its ` +
+        "beginning, and the parabola that Gauss-Newton takes it for",
     };
     for (const [name, words] of Object.entries(about))
       this[name].node.setAttribute("aria-label", words);
@@ -138,7 +190,8 @@ class Newton {
     this.onto = ([x, y]) => [(x - 59.5) * scale, (y - 24.5) * scale];
     const box = (region) => corners(region).map(this.onto);
     outline(pen, box(this.truth), "#000", 1.5);
-    for (const region of this.path.slice(1, this.taken)) outline(pen, box(region), ORANGE, 1);
+    for (const region of this.path.slice(1, this.taken))
+      outline(pen, box(region), ORANGE, 1);
     outline(pen, box(this.path[0]), ORANGE, 3);
     if (this.taken) outline(pen, box(this.path[this.taken]), GREEN, 2.5);
     this.knob = this.onto(warp(this.path[0], [1, 0]));
@@ -161,7 +214,12 @@ class Newton {
       pen.fillRect(left + (i % CELLS) * cw, top + row * ch, cw + 0.5, ch + 0.5);
     });
     pen.fillStyle = pen.strokeStyle;
-    const limits = { x: [-REACH, REACH], y: [-TURN, TURN], xlabel: "dx of the start [px]", ylabel: "turn of the start [deg]" }; // prettier-ignore
+    const limits = {
+      x: [-REACH, REACH],
+      y: [-TURN, TURN],
+      xlabel: "dx of the start [px]",
+      ylabel: "turn of the start [deg]",
+    };
     const { across, down } = axes(pen, box, limits);
     const { dx, turn } = this.controls.values;
     knob(pen, [across(dx), down(turn)], 6, ORANGE);
@@ -170,7 +228,12 @@ class Newton {
   drawCurve(pen, width, height) {
     if (!this.path) return;
     const box = [38, 22, width - 46, height - 62];
-    const { across, down } = axes(pen, box, { x: [0, STEPS], y: [0, 1], xlabel: "step", ylabel: "distance" }); // prettier-ignore
+    const { across, down } = axes(pen, box, {
+      x: [0, STEPS],
+      y: [0, 1],
+      xlabel: "step",
+      ylabel: "distance",
+    });
     pen.beginPath();
     this.distances.forEach((d, k) => pen.lineTo(across(k), down(d)));
     Object.assign(pen, { strokeStyle: BLUE, lineWidth: 2 });
@@ -197,7 +260,10 @@ class Newton {
     const at = differentiate(this.target, this.images[1], from, derivative);
     const step = newtonStep(at, this.target);
     const costAt = (t) => {
-      const place = moved(from, step.map((each) => each * t)); // prettier-ignore
+      const place = moved(
+        from,
+        step.map((each) => each * t),
+      );
       return this.costAt(place);
     };
     const shares = Array.from({ length: 41 }, (_, i) => (i - 8) / 16);
@@ -208,7 +274,8 @@ class Newton {
       if (value <= 1e-6) return void (error += reference[u]);
       const root = Math.sqrt(value);
       const e = root - Math.sqrt(reference[u]);
-      const along = step.reduce((sum, each, k) => sum + each * at.dq[4 * u + k], 0) / (2 * root);
+      const along =
+        step.reduce((sum, each, k) => sum + each * at.dq[4 * u + k], 0) / (2 * root);
       error += e * e;
       drop += 2 * e * along;
       bend += along * along;
@@ -216,13 +283,21 @@ class Newton {
     const model = shares.map((t) => error + drop * t + bend * t * t);
     const top = Math.max(...real, 1) * 1.1;
     const box = [38, 22, width - 46, height - 62];
-    const limits = { x: [-0.5, 2], y: [0, top], xlabel: "share of the next step", ylabel: "O: real (blue), parabola (orange)" }; // prettier-ignore
+    const limits = {
+      x: [-0.5, 2],
+      y: [0, top],
+      xlabel: "share of the next step",
+      ylabel: "O: real (blue), parabola (orange)",
+    };
     const { across, down } = axes(pen, box, limits);
     pen.save();
     pen.beginPath();
     pen.rect(...box);
     pen.clip();
-    for (const [values, color, dashes] of [[real, BLUE, []], [model, ORANGE, [5, 4]]]) { // prettier-ignore
+    for (const [values, color, dashes] of [
+      [real, BLUE, []],
+      [model, ORANGE, [5, 4]],
+    ]) {
       pen.beginPath();
       values.forEach((value, i) => pen.lineTo(across(shares[i]), down(value)));
       pen.setLineDash(dashes);
@@ -253,13 +328,19 @@ class Newton {
     const to = ([u, v]) => {
       const { clientWidth, clientHeight } = this.basin.node;
       const [left, top, w, h] = this.basinBox(clientWidth, clientHeight);
-      set(Math.round(REACH * ((2 * (u - left)) / w - 1)), Math.round(TURN * (1 - (2 * (v - top)) / h)), true); // prettier-ignore
+      set(
+        Math.round(REACH * ((2 * (u - left)) / w - 1)),
+        Math.round(TURN * (1 - (2 * (v - top)) / h)),
+        true,
+      );
     };
     this.basin.dragged(to, to, settle);
-    const step = (sign) => ([right, down]) => {
-      const { dx, turn } = this.controls.values;
-      set(dx + 2 * right, turn + 2 * sign * down);
-    };
+    const step =
+      (sign) =>
+      ([right, down]) => {
+        const { dx, turn } = this.controls.values;
+        set(dx + 2 * right, turn + 2 * sign * down);
+      };
     this.frame.keyed(step(1));
     this.basin.keyed(step(-1));
   }

@@ -8,7 +8,12 @@ export const SHOWN = [60, 30, 200, 180]; // of a frame: left, top, width, height
 // The two bin images of an object that share a picture: low bytes and high bits.
 async function binImages(address, m) {
   const { data, width, height } = await pixels(address);
-  const images = [0, 1].map(() => ({ labels: new Uint16Array(width * height), width, height, m })); // prettier-ignore
+  const images = [0, 1].map(() => ({
+    labels: new Uint16Array(width * height),
+    width,
+    height,
+    m,
+  }));
   for (let i = 0, p = 0; i < width * height; i++, p += 4)
     images.forEach(({ labels }, k) => {
       labels[i] = data[p + k] + 256 * ((data[p + 2] >> (4 * k)) & 15);

@@ -16,14 +16,18 @@ export function el(tag, attributes = {}, ...children) {
   return node;
 }
 
-export const button = (title, onclick) => el("button", { type: "button", onclick }, title);
+export const button = (title, onclick) =>
+  el("button", { type: "button", onclick }, title);
 
 // The pixels of a picture given as a data address.
 export async function pixels(address) {
   const image = new Image();
   image.src = address;
   await image.decode();
-  const canvas = el("canvas", { width: image.naturalWidth, height: image.naturalHeight });
+  const canvas = el("canvas", {
+    width: image.naturalWidth,
+    height: image.naturalHeight,
+  });
   const pen = canvas.getContext("2d", { willReadFrequently: true });
   pen.drawImage(image, 0, 0);
   return pen.getImageData(0, 0, canvas.width, canvas.height);
@@ -33,10 +37,13 @@ export async function pixels(address) {
 export const bitmap = async (address) => createImageBitmap(await pixels(address));
 
 // Says in a panel what went wrong with its figure, whose picture stays.
-export const complain = (panel) => ({ message }) =>
-  panel.prepend(el("p", { class: "mkt-note", role: "alert" }, message));
+export const complain =
+  (panel) =>
+  ({ message }) =>
+    panel.prepend(el("p", { class: "mkt-note", role: "alert" }, message));
 
-// What each element of a panel hears when the panel is gone for good, to end what runs on.
+// What each element of a panel hears when the panel is gone for good, to end what runs
+// on.
 export const GONE = "mkt-gone";
 
 export function leave(panel) {
@@ -50,8 +57,8 @@ let serial = 0;
 
 const isWhole = ({ low, step }) => Number.isInteger(low) && Number.isInteger(step);
 
-// The value next to one at which a control can stand: a whole number where its steps are
-// whole, and one of these where a figure has data for them `only`.
+// The value next to one at which a control can stand: a whole number where its steps
+// are whole, and one of these where a figure has data for them `only`.
 function nearest(field, value) {
   const { options, low, high, step, only } = field;
   if (options) return value;
@@ -70,12 +77,15 @@ function understood(field, words) {
   const value = Number(words);
   if (words.trim() !== "" && value === nearest(field, value)) return value;
   const kind = isWhole(field) ? "a whole number" : "a number";
-  throw new Error(`must be ${kind} from ${low} to ${high}${only ? ` in steps of ${step}` : ""}`); // prettier-ignore
+  throw new Error(
+    `must be ${kind} from ${low} to ` + `${high}${only ? ` in steps of ${step}` : ""}`,
+  );
 }
 
 const places = ({ step }) => (step < 1 ? (step < 0.1 ? 2 : 1) : 0);
 
-const shownAs = (field, value) => (field.options ? value : value.toFixed(places(field)));
+const shownAs = (field, value) =>
+  field.options ? value : value.toFixed(places(field));
 
 function inputOf(name, field, moved) {
   const id = `live-${name}-${++serial}`;
@@ -88,7 +98,11 @@ function inputOf(name, field, moved) {
   }
   const limits = { min: low, max: high, step, value };
   const input = el("input", { id, type: "range", ...limits });
-  const typed = el("input", { type: "number", "aria-label": `${title}, as a number`, ...limits }); // prettier-ignore
+  const typed = el("input", {
+    type: "number",
+    "aria-label": `${title}, as a number`,
+    ...limits,
+  });
   input.addEventListener("input", () => moved(Number(input.value), true));
   input.addEventListener("change", () => moved(Number(input.value)));
   const take = () => {
@@ -124,7 +138,10 @@ export class Controls {
     this.node.append(
       el("button", { type: "button", class: "mkt-reset", onclick: reset }, "reset"),
     );
-    this.node.addEventListener(GONE, host.heard(() => this.read(true)));
+    this.node.addEventListener(
+      GONE,
+      host.heard(() => this.read(true)),
+    );
   }
 
   // Move some controls; `quick` while a hand is still moving them.
@@ -148,8 +165,7 @@ export class Controls {
 
   moved(own) {
     return Object.entries(this.values).filter(
-      ([name, value]) =>
-        value !== this.start[name] && (own || !this.fields[name].own),
+      ([name, value]) => value !== this.start[name] && (own || !this.fields[name].own),
     );
   }
 
@@ -177,7 +193,9 @@ export class Controls {
         } catch (error) {
           wrong.push(`${name} is ${word}, but ${error.message}`);
         }
-    const there = Object.entries(values).every(([name, value]) => this.values[name] === value); // prettier-ignore
+    const there = Object.entries(values).every(
+      ([name, value]) => this.values[name] === value,
+    );
     if (again && there && !wrong.length) return false;
     this.note.textContent = wrong.length
       ? `In this page's address ${wrong.join("; ")}. The rest was taken.`
@@ -215,7 +233,11 @@ export class Controls {
       }
     };
     const buttons = [];
-    if (host.link) buttons.push(button("link to what is shown", () => copied(link())), " ");
+    if (host.link)
+      buttons.push(
+        button("link to what is shown", () => copied(link())),
+        " ",
+      );
     const command = () => copied(this.command(), this.beyond());
     if (inPython) buttons.push(button("command for a PDF of it", command));
     return el("p", { class: "mkt-note mkt-files" }, "Copy: ", ...buttons);
@@ -224,8 +246,8 @@ export class Controls {
 
 // Canvases
 
-// A canvas as wide as its place and `ratio` as high, but not lower than `least` [px]; it
-// is drawn anew whenever that changes.
+// A canvas as wide as its place and `ratio` as high, but not lower than `least` [px];
+// it is drawn anew whenever that changes.
 export class Canvas {
   constructor(label, ratio, draw, least = 0) {
     this.node = el("canvas", { role: "img", "aria-label": label, class: "mkt-canvas" });
@@ -234,7 +256,9 @@ export class Canvas {
     const [size, theme] = [new ResizeObserver(again), new MutationObserver(again)];
     const night = matchMedia("(prefers-color-scheme: dark)");
     size.observe(this.node);
-    theme.observe(document.body, { attributeFilter: ["data-theme", "data-jp-theme-name"] }); // prettier-ignore
+    theme.observe(document.body, {
+      attributeFilter: ["data-theme", "data-jp-theme-name"],
+    });
     night.addEventListener("change", again);
     this.node.addEventListener(GONE, () => {
       size.disconnect();
@@ -286,13 +310,22 @@ export class Canvas {
   // Follow a mouse over it, or a finger on it; null when it leaves.
   hovered(over) {
     const at = (event) => over(this.placeOf(event));
-    for (const name of ["pointermove", "pointerdown"]) this.node.addEventListener(name, at);
-    this.node.addEventListener("pointerleave", ({ pointerType }) => pointerType === "mouse" && over(null)); // prettier-ignore
+    for (const name of ["pointermove", "pointerdown"])
+      this.node.addEventListener(name, at);
+    this.node.addEventListener(
+      "pointerleave",
+      ({ pointerType }) => pointerType === "mouse" && over(null),
+    );
   }
 
   // Arrow keys: steps [right, down], with the event for its modifiers.
   keyed(step) {
-    const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }; // prettier-ignore
+    const ways = {
+      ArrowLeft: [-1, 0],
+      ArrowRight: [1, 0],
+      ArrowUp: [0, -1],
+      ArrowDown: [0, 1],
+    };
     this.node.tabIndex = 0;
     this.node.addEventListener("keydown", (event) => {
       // With one of these it is a shortcut, such as Alt and left: back.
@@ -303,15 +336,20 @@ export class Canvas {
   }
 }
 
-// Words at a place, aligned as the pen is; a letter behind a "_" is a subscript.  Returns
-// their width.
+// Words at a place, aligned as the pen is; a letter behind a "_" is a subscript.
+// Returns their width.
 export function write(pen, words, x, y) {
   const { font, textAlign } = pen;
   const small = font.replace(/[\d.]+px/, `${0.75 * TEXT}px`);
   const pieces = [...words.matchAll(/_(.)|[^_]+/g)].map(([all, below]) => {
     pen.font = below ? small : font;
     const word = below ?? all;
-    return { word, font: pen.font, drop: below ? 3 : 0, width: pen.measureText(word).width };
+    return {
+      word,
+      font: pen.font,
+      drop: below ? 3 : 0,
+      width: pen.measureText(word).width,
+    };
   });
   const width = pieces.reduce((sum, piece) => sum + piece.width, 0);
   let left = x - ({ center: 0.5, right: 1 }[textAlign] ?? 0) * width;
@@ -333,8 +371,8 @@ function channels(pen, color) {
 
 const brightness = ([r, g, b]) => 0.3 * r + 0.59 * g + 0.11 * b; // from 0 to 255
 
-// A colour of lines and letters, lighter where it is too dark for a page by night, whose
-// ink is bright.
+// A colour of lines and letters, lighter where it is too dark for a page by night,
+// whose ink is bright.
 export function legible(pen, ink, color) {
   const { strokeStyle } = pen;
   const [bright, own] = [ink, color].map((each) => channels(pen, each));
@@ -353,10 +391,11 @@ function ticks(low, high, most) {
   return Array.from({ length: last - first + 1 }, (_, i) => (first + i) * step);
 }
 
-export const number = (value) => String(Number(value.toPrecision(6))).replace("-", "\u2212");
+export const number = (value) =>
+  String(Number(value.toPrecision(6))).replace("-", "\u2212");
 
-// Axes round a box [left, top, width, height]: functions from values to its pixels.  Bare
-// ones have no numbers along x, where another box below has them.
+// Axes round a box [left, top, width, height]: functions from values to its pixels.
+// Bare ones have no numbers along x, where another box below has them.
 export function axes(pen, [left, top, width, height], { x, y, xlabel, ylabel, bare }) {
   const across = (value) => left + ((value - x[0]) / (x[1] - x[0])) * width;
   const down = (value) => top + height - ((value - y[0]) / (y[1] - y[0])) * height;
@@ -377,7 +416,10 @@ export function axes(pen, [left, top, width, height], { x, y, xlabel, ylabel, ba
 
 // The outline of something with corners, light round dark so that it shows anywhere.
 export function outline(pen, points, color, width = 2) {
-  for (const [style, thick] of [["#fff", width + 2], [color, width]]) { // prettier-ignore
+  for (const [style, thick] of [
+    ["#fff", width + 2],
+    [color, width],
+  ]) {
     pen.beginPath();
     points.forEach(([x, y]) => pen.lineTo(x, y));
     pen.closePath();
@@ -396,7 +438,8 @@ export function dot(pen, x, y, radius, color, rim = "#0008", thick = 1) {
 }
 
 // One with a light rim, which a hand moves.
-export const knob = (pen, [x, y], radius, color) => dot(pen, x, y, radius, color, "#fff", 2);
+export const knob = (pen, [x, y], radius, color) =>
+  dot(pen, x, y, radius, color, "#fff", 2);
 
 // All canvases of a panel as they stand, as one picture to be saved.
 function save(panel) {
@@ -416,10 +459,17 @@ function save(panel) {
 
 // Put something live in the place of what was drawn beforehand.
 export function takeOver(panel, ...nodes) {
-  for (const old of panel.querySelectorAll(":scope > .mkt-controls, :scope > .mkt-note:not(.mkt-files), :scope > .mkt-shown")) // prettier-ignore
+  for (const old of panel.querySelectorAll(
+    ":scope > .mkt-controls, :scope > .mkt-note:not(.mkt-files), " +
+      ":scope > .mkt-shown",
+  ))
     old.remove();
   const still = panel.querySelector(".mkt-save");
-  const live = el("button", { type: "button", class: "mkt-save", onclick: () => save(panel) });
+  const live = el("button", {
+    type: "button",
+    class: "mkt-save",
+    onclick: () => save(panel),
+  });
   live.textContent = still?.textContent ?? "picture of what is shown";
   still?.replaceWith(live);
   panel.prepend(...nodes);

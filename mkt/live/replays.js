@@ -1,6 +1,18 @@
 // Whole runs over the same painted frames, in the worker: figure 6 of [T09].
 
-import { COMBINED, colorBins, FILTER, filterInit, filterStep, random, refinedTrack, SSD, ssdInit, ssdStep, track } from "./engine.js"; // prettier-ignore
+import {
+  COMBINED,
+  colorBins,
+  FILTER,
+  filterInit,
+  filterStep,
+  random,
+  refinedTrack,
+  SSD,
+  ssdInit,
+  ssdStep,
+  track,
+} from "./engine.js";
 import { grained } from "./grain.js";
 
 const bins = colorBins();
@@ -16,12 +28,15 @@ export function remember({ pictures, region }) {
 // The bins of all frames as the sensor of one run sees them; bytes, as there are many.
 function images(run) {
   if (!scene.seen.has(run))
-    scene.seen.set(run, scene.pictures.map(({ data, width, height }, k) => {
-      const noisy = Uint8ClampedArray.from(data);
-      grained(noisy, k + run * scene.pictures.length);
-      const { labels, m } = bins({ data: noisy, width, height });
-      return { labels: Uint8Array.from(labels), width, height, m };
-    })); // prettier-ignore
+    scene.seen.set(
+      run,
+      scene.pictures.map(({ data, width, height }, k) => {
+        const noisy = Uint8ClampedArray.from(data);
+        grained(noisy, k + run * scene.pictures.length);
+        const { labels, m } = bins({ data: noisy, width, height });
+        return { labels: Uint8Array.from(labels), width, height, m };
+      }),
+    );
   return scene.seen.get(run);
 }
 
@@ -37,7 +52,8 @@ function crowd(n, run) {
   return found;
 }
 
-const several = (kernels, run) => follow([filterInit, filterStep, { ...kernels, n: 500 }], run); // prettier-ignore
+const several = (kernels, run) =>
+  follow([filterInit, filterStep, { ...kernels, n: 500 }], run);
 
 const JOBS = {
   ssd: (_, run) => ({ ssd: follow([ssdInit, ssdStep, SSD], run) }),

@@ -1,6 +1,13 @@
 // own.resampling, live: darts on the bar of weights, under four schemes.
 
-import { effectiveSampleSize, logLikelihood, normalised, random, replay, SCHEMES } from "./engine.js"; // prettier-ignore
+import {
+  effectiveSampleSize,
+  logLikelihood,
+  normalised,
+  random,
+  replay,
+  SCHEMES,
+} from "./engine.js";
 import { load } from "./host.js";
 import { axes, Canvas, Controls, dot, el, takeOver } from "./page.js";
 
@@ -42,7 +49,8 @@ class Resampling {
     this.ancestors = SCHEMES[scheme](this.w, replay({ uniforms: drawn, normals: [] }));
     this.counts = counted(this.ancestors, n);
     const known = `${n} ${lam}`;
-    if (this.known !== known) this.spreads = Object.keys(SCHEMES).map((each) => spread(each, this.w)); // prettier-ignore
+    if (this.known !== known)
+      this.spreads = Object.keys(SCHEMES).map((each) => spread(each, this.w));
     this.known = known;
     this.throw(scheme, n, drawn);
     this.draw();
@@ -56,7 +64,9 @@ class Resampling {
       systematic: (i) => (i + drawn[0]) / n,
       residual: (i) => drawn[i],
     }[scheme];
-    const certain = this.w.map((w) => (scheme === "residual" ? Math.floor(n * w + 1e-9) : 0));
+    const certain = this.w.map((w) =>
+      scheme === "residual" ? Math.floor(n * w + 1e-9) : 0,
+    );
     const left = this.w.map((w, i) => Math.max(n * w - certain[i], 0));
     const sum = left.reduce((a, b) => a + b, 0);
     this.shares = left.map((each) => each / Math.max(sum, 1e-9));
@@ -68,8 +78,13 @@ class Resampling {
     const { scheme, n } = this.controls.values;
     const alive = this.counts.filter((count) => count).length;
     this.nEff = effectiveSampleSize(this.w);
-    this.said.textContent = `${scheme}: ${alive} of ${n} live on; offspring ${this.counts.join(" ")}. N_eff ${this.nEff.toFixed(1)} of ${n}.`; // prettier-ignore
-    const spreads = Object.keys(SCHEMES).map((name, k) => `${name} ${this.spreads[k].toFixed(2)}`); // prettier-ignore
+    this.said.textContent =
+      `${scheme}: ${alive} of ${n} live on; offspring ` +
+      `${this.counts.join(" ")}. N_eff ${this.nEff.toFixed(1)} of ` +
+      `${n}.`;
+    const spreads = Object.keys(SCHEMES).map(
+      (name, k) => `${name} ${this.spreads[k].toFixed(2)}`,
+    );
     const about = {
       bar: `The weights end to end, with ${this.darts.length} draws`,
       weights: "The weights over the distances that made them",
@@ -88,7 +103,13 @@ class Resampling {
     const [left, wide, top, bottom] = [6, width - 12, 44, height - 8];
     const residual = this.controls.values.scheme === "residual";
     pen.textAlign = "left";
-    pen.fillText(residual ? "what rounding left over, and the draws from it" : `${this.darts.length} draws`, left, 12); // prettier-ignore
+    pen.fillText(
+      residual
+        ? "what rounding left over, and the draws from it"
+        : `${this.darts.length} draws`,
+      left,
+      12,
+    );
     let from = 0;
     this.shares.forEach((share, i) => {
       pen.fillStyle = this.colors[i % this.colors.length];
@@ -97,7 +118,8 @@ class Resampling {
       pen.strokeRect(...box);
       pen.fillStyle = "#000";
       pen.textAlign = "center";
-      if (share * wide > 14) pen.fillText(String(i), box[0] + box[2] / 2, (top + bottom) / 2 + 4); // prettier-ignore
+      if (share * wide > 14)
+        pen.fillText(String(i), box[0] + box[2] / 2, (top + bottom) / 2 + 4);
       from += share;
     });
     pen.fillStyle = ink;
@@ -105,7 +127,11 @@ class Resampling {
       const x = left + dart * wide;
       pen.fillRect(x - 1, top - 12, 2, 26);
       pen.beginPath();
-      [[-5, -22], [5, -22], [0, -12]].forEach(([u, v]) => pen.lineTo(x + u, top + v)); // prettier-ignore
+      [
+        [-5, -22],
+        [5, -22],
+        [0, -12],
+      ].forEach(([u, v]) => pen.lineTo(x + u, top + v));
       pen.fill();
     }
   }
@@ -115,14 +141,21 @@ class Resampling {
     const box = [38, 22, width - 46, height - 62];
     const limits = { x: [0, 0.7], y: [0, 1], xlabel: "distance d", ylabel: "weight w" };
     const { across, down } = axes(pen, box, limits);
-    this.w.forEach((w, i) => dot(pen, across(this.d[i]), down(w), 6, this.colors[i % this.colors.length])); // prettier-ignore
+    this.w.forEach((w, i) =>
+      dot(pen, across(this.d[i]), down(w), 6, this.colors[i % this.colors.length]),
+    );
   }
 
   drawOffspring(pen, width, height) {
     if (!this.counts) return;
     const n = this.counts.length;
     const box = [30, 22, width - 38, height - 62];
-    const limits = { x: [-0.5, n - 0.5], y: [0, n], xlabel: "particle", ylabel: "offspring; lines: expected, N w" }; // prettier-ignore
+    const limits = {
+      x: [-0.5, n - 0.5],
+      y: [0, n],
+      xlabel: "particle",
+      ylabel: "offspring; lines: expected, N w",
+    };
     const { across, down } = axes(pen, box, limits);
     const ink = pen.strokeStyle;
     const thick = (0.8 * box[2]) / n;

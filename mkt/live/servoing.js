@@ -7,11 +7,16 @@ const BEHIND = 1e-9; // a depth that is none
 const STEPS = 8; // on the way of a corner
 const AXES = { 6: [0, 1, 2, 3, 4, 5], 4: [0, 1, 2, 5] };
 // Gauss's three places along a side, and their weights.
-const GAUSS = [[-Math.sqrt(0.6), 5 / 9], [0, 8 / 9], [Math.sqrt(0.6), 5 / 9]]; // prettier-ignore
+const GAUSS = [
+  [-Math.sqrt(0.6), 5 / 9],
+  [0, 8 / 9],
+  [Math.sqrt(0.6), 5 / 9],
+];
 
 const dot = (a, b) => a.reduce((sum, each, i) => sum + each * b[i], 0);
 const transposed = (a) => a[0].map((_, k) => a.map((row) => row[k]));
-const product = (a, b) => a.map((row) => transposed(b).map((column) => dot(row, column)));
+const product = (a, b) =>
+  a.map((row) => transposed(b).map((column) => dot(row, column)));
 const sinc = (x) => (x === 0 ? 1 : Math.sin(x) / x);
 
 function wrapped(angle) {
@@ -24,11 +29,17 @@ function wrapped(angle) {
 
 // pose exp(dt [twist]), by the formula of Rodrigues.
 function move(pose, twist, dt) {
-  const [v, w] = [twist.slice(0, 3), twist.slice(3)].map((each) => each.map((x) => x * dt)); // prettier-ignore
+  const [v, w] = [twist.slice(0, 3), twist.slice(3)].map((each) =>
+    each.map((x) => x * dt),
+  );
   const angle = Math.hypot(...w);
   const [a, b] = [sinc(angle), sinc(angle / 2) ** 2 / 2];
   const c = angle > 1e-4 ? (1 - a) / angle ** 2 : 1 / 6;
-  const K = [[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]]; // prettier-ignore
+  const K = [
+    [0, -w[2], w[1]],
+    [w[2], 0, -w[0]],
+    [-w[1], w[0], 0],
+  ];
   const KK = product(K, K);
   const step = K.map((row, i) => {
     const turn = row.map((each, k) => Number(i === k) + a * each + b * KK[i][k]);
@@ -41,9 +52,16 @@ function move(pose, twist, dt) {
 function facing({ focal, size, sides, car: [X, Y, heading] }, [cx, cy, theta, hx]) {
   const [c, s] = [Math.cos(heading - theta), Math.sin(heading - theta)];
   const depth = (sides[0] * focal) / (2 * hx);
-  const [x, y] = [cx, cy].map((each, i) => ((each - (size[i] - 1) / 2) / focal) * depth);
+  const [x, y] = [cx, cy].map(
+    (each, i) => ((each - (size[i] - 1) / 2) / focal) * depth,
+  );
   const place = [X - (c * x - s * y), Y - (s * x + c * y), -depth];
-  return [[c, -s, 0, place[0]], [s, c, 0, place[1]], [0, 0, 1, place[2]], [0, 0, 0, 1]]; // prettier-ignore
+  return [
+    [c, -s, 0, place[0]],
+    [s, c, 0, place[1]],
+    [0, 0, 1, place[2]],
+    [0, 0, 0, 1],
+  ];
 }
 
 // The map (3, 3) from the table [m] to the image [px], times the depth.
@@ -84,7 +102,13 @@ function truthOf(scene, pose) {
   const seen = through(homography(scene, pose), points);
   if (!seen) return null;
   const all = weights.reduce((sum, each) => sum + each);
-  const centre = [0, 1].map((i) => dot(weights, seen.map((each) => each[i])) / all); // prettier-ignore
+  const centre = [0, 1].map(
+    (i) =>
+      dot(
+        weights,
+        seen.map((each) => each[i]),
+      ) / all,
+  );
   let [along, across, size] = [0, 0, 0];
   points.forEach((point, k) => {
     const [x, y] = [point[0] - car[0], point[1] - car[1]];
@@ -135,8 +159,9 @@ function interactionMatrix(scene, region) {
   ];
 }
 
-// Where the camera is from which the car appears as a region, L there, and for each axis
-// the car's outlines while the camera moves by `push` along or about that axis alone.
+// Where the camera is from which the car appears as a region, L there, and for each
+// axis the car's outlines while the camera moves by `push` along or about that axis
+// alone.
 export function motions(scene, region, push) {
   const pose = facing(scene, region);
   const parts = Array.from({ length: STEPS + 1 }, (_, step) => step / STEPS);
@@ -176,7 +201,8 @@ function twistOf(e, L, gain, dof) {
 // The loop: mkt.servoing.loop.close_loop with perfect regions, without compensation.
 
 // A row for each frame, until the car comes behind the camera: the camera's pose, the
-// outline of the car, and error and twist of the controller, which is `delay` frames late.
+// outline of the car, and error and twist of the controller, which is `delay` frames
+// late.
 export function approached(scene, { gain, dt, delay, dof }, start, frames) {
   const goal = features(scene, scene.desired);
   const [rows, seen] = [[], []];

@@ -10,8 +10,7 @@ function found() {
   const panels = new Map();
   for (const block of document.querySelectorAll("figure.mkt-panel > .mkt-data")) {
     const { file, live } = JSON.parse(block.textContent);
-    if (live && !panels.has(file))
-      panels.set(file, block.parentElement);
+    if (live && !panels.has(file)) panels.set(file, block.parentElement);
   }
   return panels;
 }

@@ -17,8 +17,18 @@ class Success {
     const least = ROW * trackers.length + 50;
     this.ranking = new Canvas("", 0, (...pen) => this.drawRanking(...pen), least);
     this.said = el("p", { class: "mkt-note", role: "status" });
-    const hint = el("p", { class: "mkt-note" }, "Drag the limit on the curves, or move it with the arrow keys; point at a row to see its curve."); // prettier-ignore
-    this.stage = el("div", { class: "mkt-stage mkt-pairs" }, this.curves.node, this.ranking.node); // prettier-ignore
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Drag the limit on the curves, or move it with the arrow keys; " +
+        "point at a row to see its curve.",
+    );
+    this.stage = el(
+      "div",
+      { class: "mkt-stage mkt-pairs" },
+      this.curves.node,
+      this.ranking.node,
+    );
     const { node, note } = this.controls;
     takeOver(panel, node, note, this.stage, this.said, hint, this.controls.copies());
     this.hands();
@@ -43,7 +53,13 @@ class Success {
       const curve = success(seen[k], LIMITS);
       const [share] = success(seen[k], [limit]);
       const area = curve.reduce((sum, each) => sum + each, 0) / curve.length;
-      return { ...tracker, curve, share, every: (share * seen[k].length) / frames, area };
+      return {
+        ...tracker,
+        curve,
+        share,
+        every: (share * seen[k].length) / frames,
+        area,
+      };
     });
     this.rows = rows.sort((a, b) => b.share - a.share);
     this.draw();
@@ -53,11 +69,21 @@ class Success {
     const { limit } = this.controls.values;
     const [first, second] = this.rows;
     const percent = ({ share }) => `${(100 * share).toFixed(1)} %`;
-    const next = first.share === second.share ? `and so is ${second.label}` : `then ${second.label} with ${percent(second)}`; // prettier-ignore
-    const best = `first is ${first.label} with ${percent(first)} of the seen frames, ${next}`;
-    this.said.textContent = `At T_lim = ${number(limit)}: ${first.share ? best : "no tracker exceeds it"}.`; // prettier-ignore
+    const next =
+      first.share === second.share
+        ? `and so is ${second.label}`
+        : `then ${second.label} with ${percent(second)}`;
+    const best =
+      `first is ${first.label} with ${percent(first)} of the seen ` + `frames, ${next}`;
+    this.said.textContent =
+      `At T_lim = ${number(limit)}: ` +
+      `${first.share ? best : "no tracker exceeds it"}.`;
     const order = this.rows.map((row) => `${row.label} ${percent(row)}`).join(", ");
-    this.curves.node.setAttribute("aria-label", `Success curves of ${this.rows.length} trackers, the limit at ${number(limit)}`); // prettier-ignore
+    this.curves.node.setAttribute(
+      "aria-label",
+      `Success curves of ${this.rows.length} trackers, the limit at ` +
+        `${number(limit)}`,
+    );
     this.ranking.node.setAttribute("aria-label", `Ranking: ${order}`);
     this.curves.redraw();
     this.ranking.redraw();
@@ -70,7 +96,12 @@ class Success {
   drawCurves(pen, width, height) {
     if (!this.rows) return;
     const box = this.curveBox(width, height);
-    const limits = { x: [0, 1], y: [0, 1], xlabel: "T_lim", ylabel: "share of the seen frames" };
+    const limits = {
+      x: [0, 1],
+      y: [0, 1],
+      xlabel: "T_lim",
+      ylabel: "share of the seen frames",
+    };
     const { across, down } = axes(pen, box, limits);
     const ink = pen.strokeStyle;
     for (const row of this.rows) {

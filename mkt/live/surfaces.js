@@ -1,11 +1,31 @@
-// Figures 3 and 4 of [T09], live: the distance over rotation and place, two surfaces side
-// by side: of two layouts of kernels, or of a sharp frame and a blurred one.
+// Figures 3 and 4 of [T09], live: the distance over rotation and place, two surfaces
+// side by side: of two layouts of kernels, or of a sharp frame and a blurred one.
 
-import { blurred, colorBins, corners, displaced, distanceAt, learn, linspace, warp } from "./engine.js"; // prettier-ignore
+import {
+  blurred,
+  colorBins,
+  corners,
+  displaced,
+  distanceAt,
+  learn,
+  linspace,
+  warp,
+} from "./engine.js";
 import { grained } from "./grain.js";
 import { SHOWN, still } from "./objects.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, el, knob, number, outline, pixels, SLICE, takeOver } from "./page.js"; // prettier-ignore
+import {
+  axes,
+  Canvas,
+  Controls,
+  el,
+  knob,
+  number,
+  outline,
+  pixels,
+  SLICE,
+  takeOver,
+} from "./page.js";
 
 const [CELLS, COARSE] = [61, 4]; // a side; while a hand moves, every fourth
 const TURN = 60; // [deg]
@@ -25,7 +45,10 @@ const TWO_LAYOUTS = {
       { layout: "one", span: single, samples: 2400 },
       { layout, span: layout === "one" ? single : span, samples: 2400 },
     ];
-    const titles = ["(a) one kernel", layout === "one" ? "(b) one kernel again" : `(b) ${layout} kernels`]; // prettier-ignore
+    const titles = [
+      "(a) one kernel",
+      layout === "one" ? "(b) one kernel again" : `(b) ${layout} kernels`,
+    ];
     return specs.map((spec, k) => ({
       target: learn(images[0], region, spec),
       image: images[1],
@@ -67,16 +90,29 @@ class Surfaces {
     const free = {
       ...fields,
       x: { low: -40, high: 40, step: 0.5, value: 0, own: true, title: "x [px]" },
-      rotation: { low: -TURN, high: TURN, step: 1, value: 0, own: true, title: "rotation [deg]" }, // prettier-ignore
+      rotation: {
+        low: -TURN,
+        high: TURN,
+        step: 1,
+        value: 0,
+        own: true,
+        title: "rotation [deg]",
+      },
     };
     this.controls = new Controls(name, free, () => this.follow());
     this.frame = new Canvas("", 0.9, (...pen) => this.drawFrame(...pen));
-    this.canvases = [0, 1].map((k) => new Canvas("", 1.05, (...pen) => this.drawMap(k, ...pen)));
+    this.canvases = [0, 1].map(
+      (k) => new Canvas("", 1.05, (...pen) => this.drawMap(k, ...pen)),
+    );
     this.cut = new Canvas("", 0.3, (...pen) => this.drawCut(...pen), 190);
     this.cut.node.classList.add("mkt-wide");
     this.hands();
     this.said = el("p", { class: "mkt-note", role: "status" });
-    const hint = el("p", { class: "mkt-note" }, "Drag the box, its knob, or the cross on a map; arrow keys move it too."); // prettier-ignore
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Drag the box, its knob, or the cross on a map; arrow keys " + "move it too.",
+    );
     const three = [this.frame, ...this.canvases, this.cut].map(({ node }) => node);
     const stage = el("div", { class: "mkt-stage" }, ...three);
     const { node, note } = this.controls;
@@ -97,7 +133,9 @@ class Surfaces {
     Object.assign(this, { seen: key, data, pairs });
     this.extent = extent;
     this.x = linspace(-extent, extent, CELLS);
-    this.theta = linspace(-TURN, TURN, CELLS).map((degrees) => (degrees * Math.PI) / 180);
+    this.theta = linspace(-TURN, TURN, CELLS).map(
+      (degrees) => (degrees * Math.PI) / 180,
+    );
     clearTimeout(this.later);
     this.whole = false;
     this.fill(COARSE);
@@ -118,7 +156,11 @@ class Surfaces {
         for (let column = 0; column < CELLS; column += step) {
           const value = this.at(k, row, column);
           for (let i = row; i < Math.min(row + step, CELLS); i++)
-            map.fill(value, i * CELLS + column, i * CELLS + Math.min(column + step, CELLS));
+            map.fill(
+              value,
+              i * CELLS + column,
+              i * CELLS + Math.min(column + step, CELLS),
+            );
         }
       return map;
     });
@@ -155,12 +197,20 @@ class Surfaces {
     const words = this.here.map((d) => d.toFixed(3));
     const [one, other] = this.pairs.map(({ name }) => name);
     const place = `x = ${number(x)} px, rotation = ${number(rotation)} degrees`;
-    this.said.textContent = `At ${place}: distance ${words[0]} for ${one}, ${words[1]} for ${other}.`; // prettier-ignore
+    this.said.textContent =
+      `At ${place}: distance ${words[0]} for ${one}, ${words[1]} for ` + `${other}.`;
     this.frame.node.setAttribute("aria-label", `The frame with the region at ${place}`);
-    this.cut.node.setAttribute("aria-label", "The distance along rotation at this x, for both");
+    this.cut.node.setAttribute(
+      "aria-label",
+      "The distance along rotation at this x, for both",
+    );
     for (const [k, canvas] of this.canvases.entries()) {
       const lowest = Math.min(...this.maps[k]).toFixed(2);
-      canvas.node.setAttribute("aria-label", `${this.pairs[k].title}: the distance over x and rotation, lowest ${lowest}, here ${words[k]}`); // prettier-ignore
+      canvas.node.setAttribute(
+        "aria-label",
+        `${this.pairs[k].title}: the distance over x and rotation, ` +
+          `lowest ${lowest}, here ${words[k]}`,
+      );
       canvas.redraw();
     }
     this.frame.redraw();
@@ -200,13 +250,24 @@ class Surfaces {
     pen.drawImage(small, left, top, w, h);
     const { extent } = this;
     const { x, rotation } = this.controls.values;
-    const limits = { x: [-extent, extent], y: [-TURN, TURN], xlabel: "x [px]", ylabel: `${this.pairs[k].title}, rotation [deg]` }; // prettier-ignore
+    const limits = {
+      x: [-extent, extent],
+      y: [-TURN, TURN],
+      xlabel: "x [px]",
+      ylabel: `${this.pairs[k].title}, rotation [deg]`,
+    };
     const { across, down } = axes(pen, [left, top, w, h], limits);
     const [u, v] = [across(Math.min(Math.max(x, -extent), extent)), down(rotation)];
-    for (const [style, thick] of [["#fff", 4], [RED, 2]]) { // prettier-ignore
+    for (const [style, thick] of [
+      ["#fff", 4],
+      [RED, 2],
+    ]) {
       Object.assign(pen, { strokeStyle: style, lineWidth: thick });
       pen.beginPath();
-      for (const [dx, dy] of [[8, 0], [0, 8]]) { // prettier-ignore
+      for (const [dx, dy] of [
+        [8, 0],
+        [0, 8],
+      ]) {
         pen.moveTo(u - dx, v - dy);
         pen.lineTo(u + dx, v + dy);
       }
@@ -218,13 +279,20 @@ class Surfaces {
     if (!this.cuts) return;
     const box = [38, 22, width - 50, height - 62];
     const { x, rotation } = this.controls.values;
-    const limits = { x: [-TURN, TURN], y: [0, 0.9], xlabel: "rotation [deg]", ylabel: `distance at x = ${number(x)} px` }; // prettier-ignore
+    const limits = {
+      x: [-TURN, TURN],
+      y: [0, 0.9],
+      xlabel: "rotation [deg]",
+      ylabel: `distance at x = ${number(x)} px`,
+    };
     const { across, down } = axes(pen, box, limits);
     const ink = pen.fillStyle;
     this.cuts.forEach((cut, k) => {
       const color = this.kind.colors[k];
       pen.beginPath();
-      cut.forEach((d, row) => pen.lineTo(across((this.theta[row] * 180) / Math.PI), down(d)));
+      cut.forEach((d, row) =>
+        pen.lineTo(across((this.theta[row] * 180) / Math.PI), down(d)),
+      );
       Object.assign(pen, { strokeStyle: color, lineWidth: 2.5, fillStyle: color });
       pen.setLineDash(k ? [] : [6, 4]);
       pen.stroke();
@@ -256,7 +324,10 @@ class Surfaces {
         const [begin, x, rotation] = places.begin;
         if (!places.turning) return set(x + (u - begin) / scale, rotation, true);
         const [cx, cy] = this.point();
-        const turn = Math.atan2(v / scale + top - 0.5 - cy, u / scale + left - 0.5 - cx);
+        const turn = Math.atan2(
+          v / scale + top - 0.5 - cy,
+          u / scale + left - 0.5 - cx,
+        );
         set(x, Math.round((turn * 180) / Math.PI), true);
       },
       settle,

@@ -4,7 +4,17 @@
 import { beside, corners, errors, overlap } from "./engine.js";
 import { Exposure } from "./exposure.js";
 import { load, worker } from "./host.js";
-import { axes, bitmap, Canvas, Controls, el, GONE, outline, SLICE, takeOver } from "./page.js"; // prettier-ignore
+import {
+  axes,
+  bitmap,
+  Canvas,
+  Controls,
+  el,
+  GONE,
+  outline,
+  SLICE,
+  takeOver,
+} from "./page.js";
 import { Player } from "./player.js";
 
 const PACE = 10; // frames a second
@@ -12,7 +22,14 @@ const PATIENCE = 150; // [ms] of rest before a wall is built anew
 const QUANTITIES = ["x [px]", "y [px]", "orientation [deg]"];
 const PAIR = ["pf-75", "combined"]; // (4) and (5), which have the settings
 const [TALL, HEAD] = [78, 26]; // [px] of a tracker's row
-const COLUMNS = ["tracker", "before [px]", "after [px]", "before [deg]", "after [deg]", "lost"]; // prettier-ignore
+const COLUMNS = [
+  "tracker",
+  "before [px]",
+  "after [px]",
+  "before [deg]",
+  "after [deg]",
+  "lost",
+];
 
 const median = (values) => {
   const sorted = [...values].sort((a, b) => a - b);
@@ -30,11 +47,19 @@ class Wall {
       threshold: { ...threshold, title: "threshold of (5)" },
       occlusion: { ...occlusion, title: "frames behind the wall" },
       seed: { ...seed, title: "path" },
-      frame: { low: 0, high: data.length - 1, step: 1, value: data.first + 8, own: true },
+      frame: {
+        low: 0,
+        high: data.length - 1,
+        step: 1,
+        value: data.first + 8,
+        own: true,
+      },
       quantity: { options: QUANTITIES, value: QUANTITIES[0], own: true },
     };
     this.controls = new Controls(name, fields, (...moved) => this.follow(...moved));
-    this.frame = new Canvas("", this.size[1] / this.size[0], (...pen) => this.drawFrame(...pen)); // prettier-ignore
+    this.frame = new Canvas("", this.size[1] / this.size[0], (...pen) =>
+      this.drawFrame(...pen),
+    );
     const tall = HEAD + TALL * this.trackers.length + 40;
     this.rows = new Canvas("", 0, (...pen) => this.drawRows(...pen), tall);
     this.show(panel);
@@ -45,19 +70,49 @@ class Wall {
 
   show(panel) {
     this.said = el("p", { class: "mkt-note", role: "status" });
-    this.cells = this.trackers.map(() => COLUMNS.slice(1).map(() => el("td", {}, "...")));
-    const line = ({ label }, i) => el("tr", {}, el("th", { scope: "row" }, label), ...this.cells[i]); // prettier-ignore
+    this.cells = this.trackers.map(() =>
+      COLUMNS.slice(1).map(() => el("td", {}, "...")),
+    );
+    const line = ({ label }, i) =>
+      el("tr", {}, el("th", { scope: "row" }, label), ...this.cells[i]);
     const head = COLUMNS.map((title) => el("th", { scope: "col" }, title));
     const body = el("tbody", {}, ...this.trackers.map(line));
     const table = el("table", {}, el("thead", {}, el("tr", {}, ...head)), body);
     this.labels = [...body.rows].map((row) => row.firstChild);
-    const scroll = el("div", { class: "mkt-wide mkt-table", tabindex: 0, role: "region", "aria-label": "The errors of all trackers" }, table); // prettier-ignore
-    this.player = new Player(this.said, () => this.on(), () => this.controls.set({}));
+    const scroll = el(
+      "div",
+      {
+        class: "mkt-wide mkt-table",
+        tabindex: 0,
+        role: "region",
+        "aria-label": "The errors of all trackers",
+      },
+      table,
+    );
+    this.player = new Player(
+      this.said,
+      () => this.on(),
+      () => this.controls.set({}),
+    );
     this.player.at(PACE);
     const acts = el("div", { class: "mkt-controls" }, this.player.node);
     const left = el("div", {}, this.frame.node, acts, this.said);
-    this.stage = el("div", { class: "mkt-stage mkt-film" }, left, this.rows.node, scroll); // prettier-ignore
-    const hint = el("p", { class: "mkt-note" }, "Play the run, draw along the curves or take the arrow keys to see another frame: thick is run 0, whose boxes the frame shows; black and white is the truth. In the table, medians over five runs of a run's median error before the wall and after it."); // prettier-ignore
+    this.stage = el(
+      "div",
+      { class: "mkt-stage mkt-film" },
+      left,
+      this.rows.node,
+      scroll,
+    );
+    const hint = el(
+      "p",
+      { class: "mkt-note" },
+      "Play the run, draw along the curves or take the arrow keys to " +
+        "see another frame: thick is run 0, whose boxes the frame " +
+        "shows; black and white is the truth. In the table, medians " +
+        "over five runs of a run's median error before the wall and " +
+        "after it.",
+    );
     const { node, note } = this.controls;
     takeOver(panel, node, note, this.stage, hint, this.controls.copies());
   }
@@ -82,7 +137,9 @@ class Wall {
     if (this.place !== place) {
       this.place = place;
       this.exposure.set(this.paths[seed], occlusion);
-      this.truth = Array.from({ length: this.length }, (_, k) => this.exposure.regionAt(k));
+      this.truth = Array.from({ length: this.length }, (_, k) =>
+        this.exposure.regionAt(k),
+      );
       Object.assign(this, { photos: null, latest: {} });
       this.done.clear();
       clearTimeout(this.later);
@@ -103,7 +160,12 @@ class Wall {
     }
     this.photos = photos;
     this.draw();
-    this.worker.postMessage({ kind: "scene", pictures: photos, region: this.truth[0], ticket: place }); // prettier-ignore
+    this.worker.postMessage({
+      kind: "scene",
+      pictures: photos,
+      region: this.truth[0],
+      ticket: place,
+    });
     this.next();
   }
 
@@ -112,7 +174,11 @@ class Wall {
   jobs() {
     const { particles: n, threshold } = this.controls.values;
     const runs = (job, key = job) =>
-      Array.from({ length: this.runs }, (_, run) => ({ job, run, key: `${key} ${run}` }));
+      Array.from({ length: this.runs }, (_, run) => ({
+        job,
+        run,
+        key: `${key} ${run}`,
+      }));
     const quick = [runs("ssd"), runs("pair", `pair ${n} ${threshold}`)];
     return [...quick, runs("pf-500"), runs("pf-1")].flat();
   }
@@ -128,7 +194,12 @@ class Wall {
     if (!job) return;
     const { particles: n, threshold } = this.controls.values;
     this.asked = { ...job, place: this.place };
-    this.worker.postMessage({ kind: "run", ...job, settings: { n, threshold }, ticket: this.place }); // prettier-ignore
+    this.worker.postMessage({
+      kind: "run",
+      ...job,
+      settings: { n, threshold },
+      ticket: this.place,
+    });
   }
 
   hear({ kind, ticket, tracks, words }) {
@@ -159,11 +230,18 @@ class Wall {
     const seen = this.truth.map((region, k) => k && this.visible(k) > this.limits.seen);
     const off = regions.map((region, k) => errors(region, this.truth[k]));
     const between = (low, high, i) =>
-      median(off.filter((_, k) => seen[k] && k >= low && k < high).map((each) => each[i]));
-    const parts = [[0, this.first], [this.first, this.length]]; // prettier-ignore
+      median(
+        off.filter((_, k) => seen[k] && k >= low && k < high).map((each) => each[i]),
+      );
+    const parts = [
+      [0, this.first],
+      [this.first, this.length],
+    ];
     const degrees = (value) => (value * 180) / Math.PI;
     const end = this.limits.last;
-    const last = regions.slice(-end).map((region, k) => overlap(region, this.truth.slice(-end)[k])); // prettier-ignore
+    const last = regions
+      .slice(-end)
+      .map((region, k) => overlap(region, this.truth.slice(-end)[k]));
     return {
       px: parts.map(([low, high]) => between(low, high, 0)),
       deg: parts.map(([low, high]) => degrees(between(low, high, 1))),
@@ -188,11 +266,20 @@ class Wall {
     const state = this.photos ? done : "painting the frames";
     this.stage.setAttribute("aria-busy", String(!this.photos || left > 0));
     const hidden = 100 - Math.round(100 * this.visible(frame));
-    this.said.textContent = `Frame ${frame} of ${this.length - 1}: the wall hides ${hidden} % of the car. ${state}.`; // prettier-ignore
+    this.said.textContent =
+      `Frame ${frame} of ${this.length - 1}: the wall hides ` +
+      `${hidden} % of the car. ${state}.`;
     this.fill();
     const { quantity } = this.controls.values;
-    this.frame.node.setAttribute("aria-label", `Frame ${frame} with the boxes of run 0 and the truth`); // prettier-ignore
-    this.rows.node.setAttribute("aria-label", `${quantity} over the frames, a row for each tracker; the errors stand in the table below`); // prettier-ignore
+    this.frame.node.setAttribute(
+      "aria-label",
+      `Frame ${frame} with the boxes of run 0 and the truth`,
+    );
+    this.rows.node.setAttribute(
+      "aria-label",
+      `${quantity} over the frames, a row for each tracker; the ` +
+        "errors stand in the table below",
+    );
     this.frame.redraw();
     this.rows.redraw();
   }
@@ -211,10 +298,18 @@ class Wall {
     this.trackers.forEach((tracker, i) => {
       const runs = Object.values(this.latest[tracker.name] ?? []);
       this.labels[i].textContent = this.labelOf(tracker);
-      if (!runs.length) return this.cells[i].forEach((cell) => (cell.textContent = "..."));
-      const of = (what, part, places) => median(runs.map((run) => run[what][part])).toFixed(places); // prettier-ignore
+      if (!runs.length)
+        return this.cells[i].forEach((cell) => (cell.textContent = "..."));
+      const of = (what, part, places) =>
+        median(runs.map((run) => run[what][part])).toFixed(places);
       const lost = `${runs.filter((run) => run.lost).length} of ${runs.length}`;
-      const words = [of("px", 0, 2), of("px", 1, 1), of("deg", 0, 1), of("deg", 1, 1), lost]; // prettier-ignore
+      const words = [
+        of("px", 0, 2),
+        of("px", 1, 1),
+        of("deg", 0, 1),
+        of("deg", 1, 1),
+        lost,
+      ];
       words.forEach((word, k) => (this.cells[i][k].textContent = word));
     });
   }
@@ -245,14 +340,24 @@ class Wall {
     const which = QUANTITIES.indexOf(quantity);
     const ink = pen.strokeStyle;
     const truth = this.curve(this.truth, which);
-    const limits = [[0, this.size[0]], [this.size[1], 0], [Math.min(...truth) - 60, Math.max(...truth) + 60]][which]; // prettier-ignore
+    const limits = [
+      [0, this.size[0]],
+      [this.size[1], 0],
+      [Math.min(...truth) - 60, Math.max(...truth) + 60],
+    ][which];
     pen.textAlign = "left";
     pen.fillText(quantity, 2, 13);
     this.trackers.forEach((tracker, i) => {
       Object.assign(pen, { fillStyle: ink, strokeStyle: ink, lineWidth: 1 });
       const box = this.boxOf(i, width);
       const last = i === this.trackers.length - 1;
-      const { across, down } = axes(pen, box, { x: [0, this.length - 1], y: limits, ylabel: this.labelOf(tracker), xlabel: last ? "frame" : "", bare: !last }); // prettier-ignore
+      const { across, down } = axes(pen, box, {
+        x: [0, this.length - 1],
+        y: limits,
+        ylabel: this.labelOf(tracker),
+        xlabel: last ? "frame" : "",
+        bare: !last,
+      });
       pen.save();
       pen.beginPath();
       pen.rect(...box);
@@ -269,7 +374,9 @@ class Wall {
         pen.stroke();
       };
       const runs = this.latest[tracker.name] ?? [];
-      runs.forEach(({ regions }, run) => line(this.curve(regions, which), tracker.color, run ? 1 : 3)); // prettier-ignore
+      runs.forEach(({ regions }, run) =>
+        line(this.curve(regions, which), tracker.color, run ? 1 : 3),
+      );
       line(truth, ink, 1.2);
       pen.setLineDash([3, 3]);
       pen.lineWidth = 1;
@@ -298,15 +405,20 @@ class Wall {
       this.controls.set({ frame }, true);
     };
     this.rows.dragged(to, to, () => this.controls.set({}));
-    const step = ([right]) => this.controls.set({ frame: this.controls.values.frame + right }); // prettier-ignore
+    const step = ([right]) =>
+      this.controls.set({ frame: this.controls.values.frame + right });
     this.rows.keyed(step);
     this.frame.keyed(step);
   }
 }
 
 export async function wall(panel, name) {
-  const [data, film, workshop] = await Promise.all([name, "own.beats", "workshop"].map(load));
-  const [ground, car, bricks] = await Promise.all([workshop.picture, film.car, data.bricks].map(bitmap)); // prettier-ignore
+  const [data, film, workshop] = await Promise.all(
+    [name, "own.beats", "workshop"].map(load),
+  );
+  const [ground, car, bricks] = await Promise.all(
+    [workshop.picture, film.car, data.bricks].map(bitmap),
+  );
   const figure = new Wall(panel, name, data, { ground, car, bricks }, worker());
   figure.controls.show();
   if (!figure.controls.read()) figure.follow(figure.controls.values);

@@ -43,11 +43,15 @@ export function render({ model, el: cell }) {
   const id = name.replace(".", "-"); // which a saved picture has as its name
   const words = el("figcaption");
   words.innerHTML = model.get("caption");
-  const save = el("button", { type: "button", class: "mkt-save" }, "picture of what is shown"); // prettier-ignore
+  const save = el(
+    "button",
+    { type: "button", class: "mkt-save" },
+    "picture of what is shown",
+  );
   const files = el("p", { class: "mkt-note mkt-files" }, save);
   const panel = el("figure", { class: "mkt-panel mkt-soon", id }, files, words);
-  // Keys belong to what has the focus, not to JupyterLab's shortcuts, which look for this
-  // on the element itself first.
+  // Keys belong to what has the focus, not to JupyterLab's shortcuts, which look for
+  // this on the element itself first.
   const own = ({ target }) => target.setAttribute("data-lm-suppress-shortcuts", "true");
   cell.append(el("div", { class: "mkt-cell", onfocusin: own }, panel));
   const begun = LIVE[name](panel, name).catch(complain(panel));

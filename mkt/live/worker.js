@@ -29,7 +29,9 @@ const answers = {
     const [next, found] = combinedStep(options, state, image, rng);
     state = next;
     const { region, distance, lost, nEff, particles, weights, steps } = found;
-    const crowd = Float32Array.from(particles.flatMap(([x, y], i) => [x, y, weights[i]]));
+    const crowd = Float32Array.from(
+      particles.flatMap(([x, y], i) => [x, y, weights[i]]),
+    );
     const cost = performance.now() - began;
     return { region, distance, lost, nEff, crowd, steps, cost };
   },

@@ -4,7 +4,13 @@
 class Element extends EventTarget {
   constructor(tag) {
     super();
-    Object.assign(this, { tag, children: [], style: {}, attributes: {}, clientWidth: 0 });
+    Object.assign(this, {
+      tag,
+      children: [],
+      style: {},
+      attributes: {},
+      clientWidth: 0,
+    });
     const names = new Set();
     this.classList = { add: (name) => names.add(name) };
   }

@@ -19,5 +19,6 @@ function copies(block) {
 }
 
 document.addEventListener("DOMContentLoaded", () => {
-  for (const block of document.querySelectorAll(".cell_input .highlight")) copies(block);
+  for (const block of document.querySelectorAll(".cell_input .highlight"))
+    copies(block);
 });

@@ -24,7 +24,10 @@ function plays(picture) {
       if (others.at(-1).complete) picture.src = others.at(-1).src;
     }, PAUSE);
   };
-  for (const [begin, end] of [["mouseenter", "mouseleave"], ["focusin", "focusout"]]) {
+  for (const [begin, end] of [
+    ["mouseenter", "mouseleave"],
+    ["focusin", "focusout"],
+  ]) {
     card.addEventListener(begin, start);
     card.addEventListener(end, stop);
   }
