@@ -379,7 +379,8 @@ def search(weights: ArrayLike, positions: ArrayLike) -> NDArray:
         For weights that are no distribution, from which nothing can be drawn.
     """
     cumulative = np.cumsum(_distribution(weights))
-    below = np.minimum(positions, np.nextafter(1, 0))  # (n - 1 + u) / n may round to 1
+    # (n - 1 + u) / n may round to 1.
+    below = np.minimum(positions, np.nextafter(1, 0))
     return np.searchsorted(cumulative / cumulative[-1], below, side="right")
 
 

@@ -51,9 +51,9 @@ class Approach {
     });
     const each = {
       gain: { ...gain, title: "gain [1/s]" },
-      fps: { ...fps, title: "frames a second" },
+      fps,
       delay: { ...delay, title: "delay [frames]" },
-      dof: { ...dof, title: "degrees of freedom" },
+      dof,
       turn: { ...turn, title: "turn [deg]" },
       right: side("start: right [m]", 0.05),
       down: side("start: down [m]", -0.06),

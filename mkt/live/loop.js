@@ -28,7 +28,7 @@ class RootLocus {
       gain: free(gain, 0.05, MOST, 0.05, "gain [1/s]"),
       delay: free(delay, 0, 6, 1, "delay [frames]"),
       compensation,
-      fps: free(fps, 1, 30, 0.5, "frames a second"),
+      fps: free(fps, 1, 30, 0.5, "fps"),
       mismatch: free(mismatch, 0.2, 4, 0.05, "mismatch"),
     };
     this.controls = new Controls(name, each, () => this.follow());

@@ -200,9 +200,15 @@ function twistOf(e, L, gain, dof) {
 
 // The loop: mkt.servoing.loop.close_loop with perfect regions, without compensation.
 
+function errorOf(scene, region, goal) {
+  const error = features(scene, region).map((each, i) => each - goal[i]);
+  error[3] = wrapped(error[3]);
+  return error;
+}
+
 // A row for each frame, until the car comes behind the camera: the camera's pose, the
-// outline of the car, and error and twist of the controller, which is `delay` frames
-// late.
+// outline of the car, its error, and the twist of the controller, which knows the error
+// `delay` frames later.
 export function approached(scene, { gain, dt, delay, dof }, start, frames) {
   const goal = features(scene, scene.desired);
   const [rows, seen] = [[], []];
@@ -212,10 +218,9 @@ export function approached(scene, { gain, dt, delay, dof }, start, frames) {
     if (!truth || !outline) break;
     seen.push(truth);
     const region = seen[Math.max(seen.length - 1 - delay, 0)];
-    const error = features(scene, region).map((each, i) => each - goal[i]);
-    error[3] = wrapped(error[3]);
-    const twist = twistOf(error, interactionMatrix(scene, region), gain, dof);
-    rows.push({ pose, outline, error, twist });
+    const known = errorOf(scene, region, goal);
+    const twist = twistOf(known, interactionMatrix(scene, region), gain, dof);
+    rows.push({ pose, outline, error: errorOf(scene, truth, goal), twist });
     pose = move(pose, twist, dt);
   }
   return rows;

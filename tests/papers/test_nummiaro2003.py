@@ -227,6 +227,13 @@ def test_fig8_who_learns_fast_loses_what_never_changes():
     assert held(row, "without update") == 1 and held(row, "with update") < 0.5
 
 
+def test_fig8_a_van_that_passes_where_the_ellipse_was_lost_is_not_held():
+    row = shown(sequences.fig8, van="turns", alpha=0.9)
+    followed = track(Adaptive(alpha=0.9), traffic(0, "turns").sequence())
+    iou, lost = row["with update overlap"], followed.lost[1:]
+    assert lost.mean() > 0.4 and (iou[lost] == 0).all() and (iou[~lost] > 0).any()
+
+
 def test_fig9_the_update_hurts_when_only_the_size_changes():
     row = shown(sequences.fig9, van="same")
     assert row["with update error"].mean() > row["without update error"].mean() + 0.03

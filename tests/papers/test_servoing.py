@@ -15,6 +15,7 @@ from matplotlib.colors import to_rgb
 
 from mkt.experiments import claims
 from mkt.figures.film import play, webm
+from mkt.figures.registry import FIGURES
 from mkt.papers import runs
 from mkt.papers.lessons import servoing as lessons
 from mkt.papers.runs import loop_run
@@ -248,6 +249,13 @@ def test_an_approach_shrinks_by_one_minus_gain_times_period():
         assert e[1:8] / e[:7] == pytest.approx(1 - gain / fps, abs=1e-6)
 
 
+def test_fig10_draws_what_has_no_compensation_once():
+    fig, shown = FIGURES["teuliere2009.fig10"].draw(compensation="off")
+    labels = [text.get_text() for text in fig.axes[0].get_legend().get_texts()]
+    assert labels == ["compensation off"]
+    assert (shown["errors"] == shown["without"]).all()
+
+
 def test_the_table_of_an_approach_has_a_row_for_each_frame():
     shown = numbers("own.approach", fps=25, dof=4)
     assert (shown["error of a_n"] == shown["errors"][:, 2]).all()
@@ -255,6 +263,13 @@ def test_the_table_of_an_approach_has_a_row_for_each_frame():
     assert shown["promised of theta"] == pytest.approx(shown["errors"][:, 3], abs=0.01)
     ends = shown.table.filter(like="corner").iloc[-1].to_numpy().reshape(4, 2)
     assert np.abs(ends.mean(0) - Servo().desired[:2]).max() < 1
+
+
+def test_the_errors_of_an_approach_are_those_of_the_time_however_late_they_are_known():
+    shown = numbers("own.approach", delay=3)
+    errors, moved = shown["errors"], shown.table.filter(like="corner")
+    assert (np.abs(np.diff(errors[:5], axis=0)).max(1) > 0.01).all()
+    assert (np.abs(np.diff(moved[:5], axis=0)).max(1) > 1).all()
 
 
 def test_loops_that_run_away_are_drawn_as_far_as_they_see():

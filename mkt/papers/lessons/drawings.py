@@ -367,7 +367,7 @@ def drift(fig: Figure) -> None:
     shares = np.linspace(1, 0, 6)
     score, car = creep(0.6, shares)
     upper = fig.add_axes((0.1, 0.5, 0.89, 0.48))
-    upper.set(xlim=(-0.5, 5.5), ylim=(0, 1))
+    upper.set(xlim=(-0.5, 5.6), ylim=(0, 1))
     upper.set_axis_off()
     for k, share in enumerate(shares):
         upper.add_patch(Rectangle((k - 0.32, 0.3), 0.4, 0.4, fc=BLUE, ec="none"))
@@ -381,7 +381,7 @@ def drift(fig: Figure) -> None:
     lower.bar(k + 0.15, car, 0.28, color=BLUE, label="the model's likeness to the car")
     lower.axhline(0.8, color=DESIRED, lw=1, ls="--")
     lower.text(5.47, 0.83, "gate", color=DESIRED, ha="right")
-    lower.set(xlim=(-0.5, 5.5), ylim=(0, 1.05), xticks=[], ylabel=r"$\rho$")
+    lower.set(xlim=(-0.5, 5.6), ylim=(0, 1.05), xticks=[], ylabel=r"$\rho$")
     place = {"loc": "upper center", "bbox_to_anchor": (0.45, 0.02)}
     lower.legend(ncols=2, borderaxespad=0.1, **place)
 

@@ -28,7 +28,7 @@ from mkt.plotting import (
     pale,
     show_frame,
 )
-from mkt.servoing.features import interaction_matrix
+from mkt.servoing.features import error, features, interaction_matrix
 from mkt.servoing.loop import Experiment, Run, Servo
 from mkt.servoing.poles import closed_loop, one_feature
 from mkt.servoing.robot import Workspace, move
@@ -202,8 +202,9 @@ def approach(
 
     Exact features, no compensation.  Left, the image: green the car at the start, red
     where it should appear, black the paths of its corners, a dot for each frame.  Right
-    above, the errors, and dotted the exponentials that (17) promises; below, how fast
-    the camera moves and how fast it turns.  A loop that runs away is drawn as far as it
+    above, the errors at the time, which the controller knows `delay` frames later, and
+    dotted the exponentials that (17) promises; below, how fast the camera moves and how
+    fast it turns.  A loop that runs away is drawn as far as it
     sees the car.
     """
     tried = Experiment(
@@ -214,7 +215,9 @@ def approach(
     )
     run = runs.loop_run(tried, until_lost=True)
     outlines = np.array([tried.workspace.outline(pose, CAR) for pose in run.poses])
-    promised = np.exp(-gain * run.times)[:, None] * run.errors[0]
+    # The controller knows them `delay` frames later.
+    errors = error(features(run.truths, tried.servo.camera), tried.servo.goal)
+    promised = np.exp(-gain * run.times)[:, None] * errors[0]
 
     left = fig.add_axes((0.01, 0.02, 0.5, 0.9))
     _draw_approach(left, tried, run, outlines)
@@ -222,13 +225,13 @@ def approach(
     margins = {"left": 0.59, "right": 0.985, "bottom": 0.11, "top": 0.93}
     spaces = margins | {"hspace": 0.28}
     upper, *lower = fig.subplots(3, 1, sharex=True, gridspec_kw=spaces)
-    _draw_errors(upper, run, promised)
+    _draw_errors(upper, run.times, errors, promised)
     _draw_velocities(lower, run)
     for ax in (upper, *lower):
         ax.axhline(0, color="0.6", lw=0.8, zorder=0)
         _add_legend(ax)
-    table = _approach_table(run, promised, outlines)
-    facts = {"errors": run.errors, "velocities": run.velocities, "times": run.times}
+    table = _approach_table(run, errors, promised, outlines)
+    facts = {"errors": errors, "velocities": run.velocities, "times": run.times}
     return shown(table, **facts)
 
 
@@ -241,14 +244,14 @@ def _draw_approach(ax: Axes, experiment: Experiment, run: Run, outlines: Array) 
         ax.plot(*path.T, ".-", color="black", lw=1, ms=3.5)
 
 
-def _draw_errors(ax: Axes, run: Run, promised: Array) -> None:
-    """The errors over time, and dotted those (T, 4) that the law promises."""
+def _draw_errors(ax: Axes, times: Array, errors: Array, promised: Array) -> None:
+    """The errors (T, 4) over time, and dotted those that the law promises."""
     styles = [*STYLES[:3], STYLES[5]]
-    curves = zip(NAMES, run.errors.T, promised.T, styles, strict=True)
-    for name, error, ideal, style in curves:
-        ax.plot(run.times, error, marker=".", ms=4, label=name, **style)
-        ax.plot(run.times, ideal, ":", color=style["color"], lw=1.2)
-    largest = 1.3 * np.abs(run.errors[0]).max()
+    curves = zip(NAMES, errors.T, promised.T, styles, strict=True)
+    for name, values, ideal, style in curves:
+        ax.plot(times, values, marker=".", ms=4, label=name, **style)
+        ax.plot(times, ideal, ":", color=style["color"], lw=1.2)
+    largest = 1.3 * np.abs(errors[0]).max()
     ax.set(xlim=(0, 6), ylim=(-largest, largest), ylabel="error")
 
 
@@ -269,7 +272,9 @@ def _add_legend(ax: Axes) -> None:
     ax.legend(ncols=6, **place, **spaces)
 
 
-def _approach_table(run: Run, promised: Array, outlines: Array) -> pd.DataFrame:
+def _approach_table(
+    run: Run, errors: Array, promised: Array, outlines: Array
+) -> pd.DataFrame:
     """A row for each frame: errors, what is promised, velocities, corners."""
     times = {"frame": np.arange(len(run.times)), "time [s]": run.times}
     names = [_plain(name) for name in NAMES]
@@ -277,7 +282,7 @@ def _approach_table(run: Run, promised: Array, outlines: Array) -> pd.DataFrame:
     corners = [f"corner {k} {axis} [px]" for k in range(4) for axis in "xy"]
     parts = [
         pd.DataFrame(times),
-        pd.DataFrame(run.errors, columns=[f"error of {name}" for name in names]),
+        pd.DataFrame(errors, columns=[f"error of {name}" for name in names]),
         pd.DataFrame(promised, columns=[f"promised of {name}" for name in names]),
         pd.DataFrame(run.velocities, columns=twist),
         pd.DataFrame(outlines.reshape(-1, 8), columns=corners),
@@ -482,9 +487,9 @@ def _draw_tuning(ax: Axes, z: Array, title: str) -> Any:
     shades = {"cmap": SURFACE, "norm": LogNorm(*COLORED), "shading": "nearest"}
     mesh = ax.pcolormesh(x, y, drawn, **shades)
     style = {"ha": "center", "va": "center_baseline", "fontsize": 9.5}
-    for (row, column), error in np.ndenumerate(z):
-        color = "black" if error > BRIGHT else "white"
-        ax.text(column, row, _in_field(error), color=color, **style)
+    for (row, column), value in np.ndenumerate(z):
+        color = "black" if value > BRIGHT else "white"
+        ax.text(column, row, _in_field(value), color=color, **style)
     best = np.argwhere(z.round(2) == z.min().round(2))  # as the title says it
     for row, column in best if len(best) <= FEW else ():
         low = column - 0.46, row - 0.46

@@ -13,12 +13,13 @@ from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from mkt.colors import ColorBins
-from mkt.evaluation import HIT, overlap
+from mkt.evaluation import HIT
 from mkt.experiments.claims import Part, Runs, claim
 from mkt.experiments.statistics import PAIRS, SHARE
 from mkt.experiments.timing import milliseconds, one_thread
 from mkt.histograms import coefficient
 from mkt.papers import runs as kept
+from mkt.papers.nummiaro2003.sequences import held
 from mkt.regions import as_regions
 from mkt.scenes import nummiaro2003 as stories
 from mkt.scenes.drawn import drawn
@@ -174,13 +175,13 @@ def student(seed: int, tracker: Adaptive = FIXED) -> dict[str, float]:
     clip = kept.clip(scene)
     track = kept.run(replace(tracker, zones=stories.doors(scene)), scene, seed)
     visible, away = clip.visibility, track.lost
-    hit = overlap(track.regions, clip.truth, upright=True) > HIT
+    hit = held(track, clip.truth) > HIT
     start, end = stories.TREE - NEAR, stories.TREE + NEAR
     hidden = start + np.flatnonzero(visible[start:end] == 0)
     out = hidden[-1] + 1
     gone = np.flatnonzero(visible > 0)[-1] + 1
     for_good = np.flatnonzero(~away)[-1] + 1
-    found = (hit & ~away)[out : out + AFTER].any() and not away[out + AFTER]
+    found = hit[out : out + AFTER].any() and not away[out + AFTER]
     passing = [away[k - AROUND : k + AROUND + 1] for k in stories.PASSES]
     return {
         "lost": float(away[hidden].any()),
@@ -234,13 +235,13 @@ def traffic(seed: int, alpha: float, look: str = "fades") -> dict[str, float]:
     Returns
     -------
     dict of float
-        hits : the share of true positives.
+        hits : the share of true positives, none while the tracker searches.
         scale : the mean error of H_x, as a share of it.
     """
     scene = stories.traffic(seed, look)
     clip = kept.clip(scene)
     track = kept.run(replace(PAPER, alpha=alpha), scene, seed)
-    hit = overlap(track.regions, clip.truth, upright=True) > HIT
+    hit = held(track, clip.truth) > HIT
     off = np.abs(track.regions[1:, 3] / clip.truth[1:, 3] - 1)
     return {"hits": float(hit[1:].mean()), "scale": float(np.mean(off))}
 

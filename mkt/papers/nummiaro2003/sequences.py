@@ -34,7 +34,7 @@ from mkt.trackers.adaptive import INITIALISING, Adaptive
 from mkt.trackers.ellipses import Disc
 from mkt.tracking import Sequence as Clip
 from mkt.tracking import Track
-from mkt.types import Array, ArrayLike, NDArray
+from mkt.types import Array, ArrayLike, NDArray, Regions
 
 RUNS = 2  # of figures 9 and 10; they differ in the tracker's random numbers
 PATHS = 5  # runs of figure 4: with one, luck alone says whether both are followed
@@ -56,6 +56,23 @@ def _tiles(
     margins = {"left": 0.005, "right": 0.995, "bottom": bottom, "top": top}
     spaces = {"wspace": 0.03, "hspace": hspace}
     return fig.subplots(rows, columns, squeeze=False, gridspec_kw=margins | spaces)
+
+
+def held(track: Track, truth: Regions) -> Array:
+    """The overlap with the truth, 0 while the tracker itself searches for the target.
+
+    Its ellipse stays behind then, and a target that comes by is not tracked by it.
+
+    Parameters
+    ----------
+    track : Track
+    truth : (T, 5) array [px, rad]
+
+    Returns
+    -------
+    (T,) array
+    """
+    return np.where(track.lost, 0, overlap(track.regions, truth))
 
 
 def _ellipses(track: Track) -> pd.DataFrame:
@@ -134,7 +151,7 @@ def _followed(tracker: Adaptive, target: str) -> _Followed:
     tracks = [runs.run(tracker, scene, seed) for seed in range(PATHS)]
     found = np.array([track.regions for track in tracks])
     off = np.array([errors(regions, clip.truth).position for regions in found])
-    iou = np.array([overlap(regions, clip.truth) for regions in found])
+    iou = np.array([held(track, clip.truth) for track in tracks])
     return _Followed(clip, tracks, off, found[..., 3] / clip.truth[:, 3], iou)
 
 
@@ -298,15 +315,15 @@ def fig7(
     clip, track, waiting = student_run(b, placement, particles, tree)
     positives = track.info["positives"]
     switches = np.flatnonzero(np.diff(waiting.astype(int))) + 1
-    margins = {"left": 0.07, "right": 0.99, "bottom": 0.12, "top": 0.9}
+    margins = {"left": 0.07, "right": 0.98, "bottom": 0.12, "top": 0.9}
     grid = margins | {"height_ratios": [3, 1], "hspace": 0.12}
     upper, lower = fig.subplots(2, 1, sharex=True, gridspec_kw=grid)
     times = np.arange(len(waiting))
     for ax in (upper, lower):
         shade_frames(ax, times, waiting)
     draw_positives(upper, positives, b * particles, particles)
-    listed = ", ".join(map(str, switches)) or "(none)"
-    upper.set_title(f"mode switches in the frames {listed}")
+    listed = ", ".join(map(str, switches)) or "none"
+    upper.set_title(f"frames in which the mode switches: {listed}")
     lower.plot(clip.visibility, color=TRUTH)
     ticks = 0, PASSES[0], TREE, PASSES[1], times[-1]
     limits = {"xlim": (0, times[-1]), "ylim": (0, 1.1), "xticks": ticks}
@@ -394,11 +411,12 @@ def fig8(
     side comes; "same", only its size changes.  Dashed the truth, coloured the estimate.
     Above each row the share of frames with an overlap above .2, the mean overlap, and
     how alike the last model and two ellipses are: the van as it looks in the last
-    frame, and what is beside it.  threshold: read as a coefficient that the
-    mean state must exceed before the model learns; the paper prints .9 for a likelihood
-    whose scale it does not print.  elliptic: the kernel's radius; the printed one
-    leaves weight on the border, where the background is.  With the defaults the update
-    keeps the van to the end, as in the print.
+    frame, and what is beside it.  A frame in which the tracker itself says that it has
+    lost the van has no ellipse, and does not count.  threshold: read as a coefficient
+    that the mean state must exceed before the model learns; the paper prints .9 for a
+    likelihood whose scale it does not print.  elliptic: the kernel's radius; the
+    printed one leaves weight on the border, where the background is.  With the defaults
+    the update keeps the van to the end, as in the print.
     """
     scene = traffic(0, van)
     clip = runs.clip(scene)
@@ -408,7 +426,7 @@ def fig8(
     tables, facts = [], {}
     for row, (title, (tracker, color)) in zip(axes, trackers.items(), strict=True):
         track = runs.run(tracker, scene, keep=("model",))
-        iou = overlap(track.regions, clip.truth)
+        iou = held(track, clip.truth)
         alike = likeness(tracker, clip, track)
         _draw_row(row, clip, track, frames, color)
         _write_above(row[0], title, iou[1:], alike, color)
@@ -426,11 +444,12 @@ def _draw_row(
 
 
 def draw_where(ax: Axes, clip: Clip, track: Track, k: int, color: str) -> None:
-    """A frame with the truth, dashed, and the estimate."""
+    """A frame with the truth, dashed, and the estimate where there is one."""
     show_frame(ax, clip.frames[k], f"frame {k}")
     draw_ellipse(ax, clip.truth[k], TRUTH, lw=2)
     draw_ellipse(ax, clip.truth[k], "white", lw=1.2, ls="--")
-    draw_ellipse(ax, track.regions[k], color, lw=2.2)
+    if not track.lost[k]:
+        draw_ellipse(ax, track.regions[k], color, lw=2.2)
 
 
 def _write_above(
@@ -485,11 +504,11 @@ def fig9(
         score = tracks[0].info["rho"]
         _draw_likeness(right, title, alike, score, color)
         tables.append(_width_table(title, widths, true, alike))
-        held = [overlap(track.regions, clip.truth)[1:] > HIT for track in tracks]
-        error = np.abs(widths / true - 1)[:, 1:][np.array(held)]
-        means.append(f"{title} {error.mean():.0%} ({np.mean(held):.0%} held)")
+        hits = np.array([held(track, clip.truth)[1:] > HIT for track in tracks])
+        error = np.abs(widths / true - 1)[:, 1:][hits]
+        means.append(f"{title} {error.mean():.0%} ({hits.mean():.0%} held)")
         looked = score[np.isfinite(score)]  # there is none while it searches
-        measured = {"error": error, "held": np.mean(held, 1), "score": looked}
+        measured = {"error": error, "held": hits.mean(1), "score": looked}
         facts |= {f"{title} {name}": value for name, value in measured.items()}
         facts |= _likeness_facts(title, alike)
     left.set(xlabel="frame", ylabel="$H_x$ [px]", ylim=(0, 2 * true.max()))
@@ -546,13 +565,14 @@ def fig10(
     clip = runs.clip(HEAD)
     tracker = replace(PAPER, n=particles, alpha=alpha, bins=BINS[bins])
     tracks = [runs.run(tracker, HEAD, seed) for seed in range(RUNS)]
-    iou = np.array([overlap(track.regions, clip.truth) for track in tracks])
+    iou = np.array([held(track, clip.truth) for track in tracks])
     frames = np.linspace(0, len(clip) - 1, 6).astype(int)
     (row,) = _tiles(fig, 1, len(frames), top=0.97, bottom=0.58)
     for ax, k in zip(row, frames, strict=True):
         show_frame(ax, clip.frames[k], f"frame {k}")
         draw_ellipse(ax, clip.truth[k], ANNOTATED, lw=1.5)
-        draw_ellipse(ax, tracks[0].regions[k], WITH, lw=2.2)
+        if not tracks[0].lost[k]:
+            draw_ellipse(ax, tracks[0].regions[k], WITH, lw=2.2)
     _draw_overlaps(fig.add_axes((0.07, 0.13, 0.92, 0.36)), iou)
     tables = [
         _ellipses(track).assign(run=k, overlap=iou[k]) for k, track in enumerate(tracks)

@@ -400,7 +400,8 @@ def _draw_condition(ax: Axes, around: Array, limit: float, student: float) -> fl
         ylabel="density over the background",
         title=f"{covered:.1%} of the background are below the limit",
     )
-    ax.legend(loc="upper right")
+    # Left of the student's line, which stands near 1.
+    ax.legend(loc="upper right", bbox_to_anchor=(min(student, 1), 1))
     return covered
 
 

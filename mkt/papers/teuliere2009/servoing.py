@@ -357,13 +357,16 @@ def fig10(
         _mark_reversals(ax, fps)
         ax.axhline(0, color=DESIRED, lw=1)
         ax.plot(reference[:, k], color=OFF_COLOR, lw=1.2, label="compensation off")
-        ax.plot(errors[:, k], color=COLOR, lw=2.2, label=f"compensation {compensation}")
+        if compensation != "off":
+            words = f"compensation {compensation}"
+            ax.plot(errors[:, k], color=COLOR, lw=2.2, label=words)
         ax.set(xlim=(0, chosen.frames - 1), ylabel=f"error of ${name}_n$")
         _add_pixels(ax, _pixels(chosen))
     largest = max(np.abs(reference).max(), np.abs(errors).max(), lag)
     _finish_errors(axes, lag, largest, fps)
     found = rms(errors[:, 1]), rms(reference[:, 1])
-    title = f"RMS of $e_{{yn}}$: {found[0]:.3f}, off {found[1]:.3f}"
+    beside = "" if compensation == "off" else f", off {found[1]:.3f}"
+    title = f"RMS of $e_{{yn}}$: {found[0]:.3f}{beside}"
     axes[0].set_title(title, loc="right")
     table = _error_table({compensation: errors, "off": reference}, chosen)
     return shown(table, errors=errors, without=reference, lag=lag, rms=found)
