@@ -125,16 +125,16 @@ def checked_region(region: ArrayLike) -> Region:
             f"the region {in_words(region)} is not finite; "
             "give five numbers (cx, cy, theta, hx, hy)"
         )
+    if max(region[HX:]) > HUGE:
+        raise ValueError(
+            f"the region {in_words(region)} is larger than any image; "
+            "give its half axes hx and hy in pixels"
+        )
     # The product too: that of tiny axes may be rounded to 0.
     if min(*region[HX:], region[HX] * region[HY]) <= 0:
         raise ValueError(
             f"the region {in_words(region)} has no area; "
             "its half axes hx and hy must be positive"
-        )
-    if max(region[HX:]) > HUGE:
-        raise ValueError(
-            f"the region {in_words(region)} is larger than any image; "
-            "give its half axes hx and hy in pixels"
         )
     return region.copy()  # what the caller does with his own changes nothing
 

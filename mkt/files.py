@@ -223,8 +223,8 @@ def written_path(path: str | os.PathLike) -> Path:
     Raises
     ------
     DataError
-        When it names the home of an unknown user, or contains something that is no
-        text: for such a name OpenCV's C code ends the program.
+        When it is empty, names the home of an unknown user, or contains something that
+        is no text: for such a name OpenCV's C code ends the program.
     """
     try:
         os.fspath(path).encode()
@@ -234,6 +234,8 @@ def written_path(path: str | os.PathLike) -> Path:
         raise DataError(shown, "the name is not UTF-8", remedy) from None
     if isinstance(path, str):
         path = path.strip().strip("\"'") or path
+    if not os.fspath(path):  # else it would be the folder that one is in
+        raise DataError("''", "an empty name", "is a variable of the shell empty?")
     try:
         return Path(path).expanduser()
     except RuntimeError:

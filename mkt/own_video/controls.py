@@ -225,7 +225,7 @@ class Report(ipywidgets.VBox):
         It is one sentence if the reader can correct it, and has its traceback if the
         fault is ours.
         """
-        text = str(error)
+        text = "\n".join([str(error), *getattr(error, "__notes__", ())])
         if not isinstance(error, (ValueError, OSError)):
             text = "".join(traceback.format_exception(error, limit=-3))
         self.clear("")

@@ -103,7 +103,8 @@ def free(output: Path) -> Path:
 class Recorder:
     """The video, and table and settings beside it, while they are written.
 
-    All are closed when its ``with`` ends, and are on the disk then.
+    All are closed when its ``with`` ends, and are on the disk then.  An error that ends
+    it says, as a note, what is left: what was found, or nothing.
 
     Parameters
     ----------
@@ -171,13 +172,34 @@ class Recorder:
     def __enter__(self) -> "Recorder":
         return self
 
-    def __exit__(self, kind: Any, *_: Any) -> None:
+    def __exit__(self, _kind: Any, error: BaseException | None, *_: Any) -> None:
+        try:
+            self._close(error is None)
+        except Exception as failed:
+            failed.add_note(self._left())
+            raise
+        if isinstance(error, Exception):
+            error.add_note(self._left())
+
+    def _close(self, whole: bool) -> None:
         with self._named():
             self._files.close()
             for path in self._written:
                 flush(path)
-        if kind is None and self.done and self._film:
+        if whole and self.done and self._film:
             _check_written(self._output, self.done)
+
+    def _left(self) -> str:
+        """What is left of a run that failed: what it found, or nothing.
+
+        The start alone, which was typed, is worth nothing.
+        """
+        files = files_of(self._output)
+        if self.done < 2:
+            _remove(files)
+            return "Nothing has been written."
+        names = ", ".join(map(str, files))
+        return f"{self.done} frames are in {names}; move them away before the next try."
 
     def _named(self):
         return named(self._written[-1])
@@ -227,14 +249,36 @@ def _check_written(path: Path, frames: int) -> None:
 
 
 def begun(
-    tracker: Tracker, clip: Sequence, seed: int = 0, start: ArrayLike | None = None
+    tracker: Tracker,
+    clip: Sequence,
+    seed: int = 0,
+    start: ArrayLike | None = None,
+    settings: Settings | None = None,
 ) -> Iterator[Info]:
     """The infos of `mkt.tracking.follow`, the first of which is computed at once.
 
     So a tracker's refusal is raised here and not later.
+
+    Parameters
+    ----------
+    tracker, clip, seed, start
+        As for `mkt.tracking.follow`.
+    settings : Settings, optional
+        Those of the run.
+
+    Raises
+    ------
+    ValueError
+        When the tracker refuses the start, with the box of the settings: a tracker's
+        message is about regions, which are not what was typed.
     """
     infos = follow(tracker, clip, seed, start)
-    return chain([next(infos)], infos)
+    try:
+        return chain([next(infos)], infos)
+    except ValueError as error:
+        if settings is None or isinstance(error, DataError):
+            raise
+        raise ValueError(f"the box {in_words(settings.box)}: {error}") from error
 
 
 def record(
@@ -269,35 +313,13 @@ def record(
     OSError
         When the files cannot be written.
     """
-    try:
-        infos = begun(tracker, clip, seed, start)
-    except ValueError as error:
-        if settings is None or isinstance(error, DataError):
-            raise
-        # A tracker's message is about regions, which are not what was typed.
-        raise ValueError(f"the box {in_words(settings.box)}: {error}") from error
+    infos = begun(tracker, clip, seed, start, settings)
     recorder = Recorder(output, clip, title, settings)
-    try:
-        with recorder, suppress(KeyboardInterrupt):
-            frames = tqdm(clip.frames, desc=title, unit="frame", disable=None)
-            for frame, info in zip(frames, infos, strict=True):
-                recorder.add(frame, info)
-    except Exception as error:
-        error.add_note(_left(recorder.done, files_of(Path(output))))
-        raise
+    with recorder, suppress(KeyboardInterrupt):
+        frames = tqdm(clip.frames, desc=title, unit="frame", disable=None)
+        for frame, info in zip(frames, infos, strict=True):
+            recorder.add(frame, info)
     return recorder.done
-
-
-def _left(done: int, files: list[Path]) -> str:
-    """What is left of a run that failed: what it found, or nothing.
-
-    The start alone, which was typed, is worth nothing.
-    """
-    if done < 2:
-        _remove(files)
-        return "Nothing has been written."
-    names = ", ".join(map(str, files))
-    return f"{done} frames are in {names}; move them away before the next try."
 
 
 def ask_for_box(clip: Sequence, output: Path, first: int = 0) -> str:

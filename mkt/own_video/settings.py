@@ -12,6 +12,7 @@ import hashlib
 import json
 import platform
 import reprlib
+import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -202,7 +203,7 @@ def load(path: Path, video: Path | str | None = None) -> Settings:
             place,
             "the video is gone",
             "if it has moved, say where it is now: "
-            f"python3 -m mkt track VIDEO --settings {path}",
+            f"python3 -m mkt track VIDEO --settings {shlex.quote(str(path))}",
         )
     sha256 = fingerprint(place)
     if sha256 != found.sha256:

@@ -157,7 +157,7 @@ class Workbench(ipywidgets.VBox):
         await asyncio.sleep(SETTLED)
         settings, clip = self.settings, self.clip
         start = region_of(settings.box, clip.frames[0])
-        infos = begun(settings.configured(), clip, settings.seed, start)
+        infos = begun(settings.configured(), clip, settings.seed, start, settings)
         FOLDER.mkdir(exist_ok=True)
         output = free(FOLDER / f"{clip.name}-{settings.tracker}.webm")
         with Recorder(output, clip, settings.tracker, settings) as recorder:

@@ -86,7 +86,8 @@ def read_rows(
 ) -> tuple[Rows, Array]:
     """All numbers of a text file.
 
-    They are separated by commas, semicolons, tabs or spaces; blank lines do not count.
+    They are separated by commas, semicolons, tabs or spaces, and may stand in quotes;
+    blank lines do not count.
 
     Parameters
     ----------
@@ -108,7 +109,7 @@ def read_rows(
         that is wrong.
     """
     table = [
-        (number, re.split(r"[,;\s]+", line.strip(" \t,;")))
+        (number, re.split(r"[,;\s]+", line.replace('"', "").strip(" \t,;")))
         for number, line in enumerate(_lines(path), 1)
         if line.strip()
     ]

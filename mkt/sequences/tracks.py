@@ -112,7 +112,8 @@ def read(path: Path, found: Found) -> tuple[Track, Sequence]:
         Naming the file, the line and the remedy.
     """
     path, clip = existing_file(path), found.sequence()
-    if path.read_text("utf-8-sig", "replace").startswith(COLUMNS[0]):
+    head = path.read_text("utf-8-sig", "replace").lstrip('"')
+    if head.startswith(COLUMNS[0]):
         regions, lost = _ours(path, found)
     else:
         regions = _regions(path, found, clip)
@@ -144,11 +145,18 @@ def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
     """The regions in a text of the form that a benchmark's truth has."""
     if found.archive.name == "MOT15":
         return _mot_regions(path, found, clip)
-    if path.read_text("utf-8-sig", "replace").partition("\n")[0].count(",") == 9:
+    commas = path.read_text("utf-8-sig", "replace").partition("\n")[0].count(",")
+    if commas == 9:
         raise DataError(
             path,
             f"these are rows of MOT, which {found.name} is not",
             "give the .csv that stands beside it, or boxes as its own truth has them",
+        )
+    if commas == len(COLUMNS) - 1 and found.archive.name != "VOT":  # not four corners
+        raise DataError(
+            path,
+            f"{len(COLUMNS)} numbers in a row, as `track` writes them, but no head",
+            f"put it back as the first line: {','.join(COLUMNS)}",
         )
     readers = {
         "BoBoT": lambda path: truth_formats.bobot_regions(path, clip.frames),

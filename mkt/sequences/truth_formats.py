@@ -127,7 +127,7 @@ def _bobot_boxes(rows: Rows, numbers: Array, frames: Series) -> Array:
         boxes[~boxes.any(1)] = np.nan
         return boxes
     if rows.headed:
-        return numbers * size if np.nanmax(numbers[:, 2:]) <= 1 else numbers
+        return numbers * size if np.nanmax(numbers[:, 2:], initial=0) <= 1 else numbers
     return np.concatenate([numbers[:, :2], numbers[:, 2:] - numbers[:, :2]], 1)
 
 

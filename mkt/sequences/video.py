@@ -10,6 +10,7 @@ Explained in notebook 03.
 """
 
 import os
+import shlex
 import threading
 from collections import OrderedDict
 from collections.abc import Sequence as Series
@@ -134,6 +135,10 @@ class VideoFile(Frames):
 
     def __init__(self, path: str | os.PathLike):
         self.path = existing_file(path)
+        if (
+            self.path.suffix.lower() == ".txt"
+        ):  # FFmpeg would make a film of its letters
+            raise DataError(self.path, "a text, not a video", "give a video")
         self._open()
         self.fps = self._said(cv2.CAP_PROP_FPS) or FPS
         super().__init__(self._count())
@@ -154,7 +159,8 @@ class VideoFile(Frames):
             )
         pixels = int(self._capture.get(cv2.CAP_PROP_CODEC_PIXEL_FORMAT)) & 0xFFFFFFFF
         if pixels.to_bytes(4, "little") in _GREY_VIDEO:
-            remedy = _TO_RGB.format(self.path.name, "yuv420p", "colour.mp4")
+            name = shlex.quote(self.path.name)
+            remedy = _TO_RGB.format(name, "yuv420p", "colour.mp4")
             raise DataError(
                 self.path,
                 "a grey video, but colours are what we track by",
@@ -178,7 +184,7 @@ class VideoFile(Frames):
                 self.path,
                 f"the video is truncated: {length} of {said} frames can be decoded",
                 "download it again, or keep the good part: "
-                f"ffmpeg -i {self.path.name} -c:v ffv1 good.mkv",
+                f"ffmpeg -i {shlex.quote(self.path.name)} -c:v ffv1 good.mkv",
             )
         return length
 
@@ -278,7 +284,8 @@ def read_image(path: str | os.PathLike) -> NDArray:
         )
     wrong = _unlike_rgb(image)
     if wrong:
-        raise DataError(path, wrong, _TO_RGB.format(path.name, "rgb24", "colour.png"))
+        name = shlex.quote(path.name)
+        raise DataError(path, wrong, _TO_RGB.format(name, "rgb24", "colour.png"))
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
 
 
@@ -307,11 +314,14 @@ def _unlike_rgb(image: NDArray) -> str:
 
 
 def images_in(folder: Path) -> list[Path]:
-    """The files of the images in a folder, in the natural order of their names."""
+    """The files of the images in a folder, in the natural order of their names.
+
+    Hidden ones are none: beside 1.png a Mac puts ._1.png, in which there is no picture.
+    """
     images = (
         file
         for file in folder.iterdir()
-        if file.suffix.lower() in IMAGES and file.is_file()
+        if file.suffix.lower() in IMAGES and file.is_file() and file.name[0] != "."
     )
     return sorted(images, key=_natural)
 

@@ -21,6 +21,7 @@ while True: pass"""
 HANDED_IN = {
     "good": answer(**GOOD),
     "broken": "{",
+    "list": "[1, 2]",
     "nonsense": json.dumps({"cells": 5}),
     "empty": nbformat.v4.new_notebook(),
     "untouched": answer(),
@@ -37,6 +38,7 @@ HANDED_IN = {
 HALF_DONE = ("edited", "no_solution", "endless", "stubborn", "dies", "typo")
 NOTES = {
     "broken": "is not a notebook",
+    "list": "is not a notebook: no JSON object",
     "nonsense": "is not a notebook",
     "empty": "check_six: was deleted, the original counts",
     "untouched": "why: not answered",

@@ -135,3 +135,11 @@ def test_nothing_is_left_behind_when_the_writing_stops(tmp_path, monkeypatch, er
     with pytest.raises(error):
         handout.write(tmp_path / "course")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("written", [notebooks.release, notebooks.for_nbgrader])
+def test_where_there_are_no_labs_nothing_is_written(written, tmp_path, monkeypatch):
+    monkeypatch.setattr(notebooks, "FOLDER", tmp_path / "none")
+    with pytest.raises(ValueError, match="no labs to release; ask your teacher"):
+        written(tmp_path / "new")
+    assert not list(tmp_path.iterdir())

@@ -3,8 +3,8 @@
 import pytest
 
 from mkt.course import cli
-from mkt.course.labs import grading, table
-from mkt.course.labs.notebooks import headings, labs
+from mkt.course.labs import grading, marks, table
+from mkt.course.labs.notebooks import headings, labs, name, of_role
 from tests.course.toy_lab import GOOD, answer, graded, hand_in
 
 # Each starts students' programs; a quick loop leaves them out.
@@ -242,3 +242,13 @@ def test_a_limit_may_be_broken(toy):
 def test_text_of_students_is_harmless_in_a_table(text, shown):
     assert table.harmless(text) == shown
     assert table.harmless(shown) == shown
+
+
+@pytest.mark.parametrize("title", labs())
+def test_given_cells_that_are_gone_are_put_back_where_they_were(title):
+    lab, notebook = labs()[title], labs()[title]
+    given = set(of_role(lab, "given"))
+    assert given
+    notebook.cells = [cell for cell in notebook.cells if name(cell) not in given]
+    merged = marks.merged(lab, notebook).cells
+    assert [name(cell) for cell in merged] == [name(cell) for cell in lab.cells]

@@ -229,6 +229,7 @@ MISTAKES = [
         (*WITH_BOX, "-o", "FILE"),
         "car.mkv is there already and stays as it is; move it away, or choose another",
     ),
+    (("",), "'': an empty name; is a variable of the shell empty?"),
     (("~nosuch/x.mkv",), "~nosuch/x.mkv: no such home folder; check the spelling"),
     ((*WITH_BOX, "-o", "~nosuch/x.avi"), "~nosuch/x.avi: no such home folder; check"),
     (("--settings", "~nosuch/s.json"), "~nosuch/s.json: no such home folder; check"),

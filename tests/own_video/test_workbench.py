@@ -316,7 +316,7 @@ def test_a_wrong_path_is_answered_in_a_sentence_and_can_be_mended(
     "tracker, box, numbers, said",
     [
         ("pf-75", [500, 9, 5, 5, 0], {}, "it lies outside the image of 160x120 px"),
-        ("ssd", [150, 9, 40, 20, 0], {}, "choose a box inside it"),
+        ("ssd", [150, 9, 40, 20, 0], {}, "the box 150,9,40,20"),
         ("wm", [0, 0, 300, 300, 0], {}, "is larger than the frame"),
         ("pf-75", BOX, {"n": 0}, "particles is 0"),
     ],
@@ -331,6 +331,20 @@ def test_what_a_tracker_refuses_is_said_and_nothing_is_written(
     press(panel.track, panel)
     assert said in note(panel) and "Traceback" not in note(panel)
     assert panel.state == READY and not list(place.glob("tracked/*"))
+
+
+def test_a_run_that_fails_half_way_says_which_files_are_left(panel, place):
+    for k, width in enumerate([64, 64, 64, 32]):
+        path = place / "images" / f"{k}.png"
+        path.parent.mkdir(exist_ok=True)
+        cv2.imwrite(str(path), np.full((48, width, 3), 90 + k, np.uint8))
+    choose(panel, "images")
+    panel.method.tracker.value = "pf-75"
+    panel.picker.set_state({"box": [20, 10, 20, 20, 0]})
+    press(panel.track, panel)
+    left = sorted(path.name for path in (place / "tracked").iterdir())
+    assert len(left) == 3 and all(name in note(panel) for name in left)
+    assert "3.png" in note(panel) and "move them away" in note(panel)
 
 
 def test_our_own_mistakes_are_shown_with_their_traceback_and_the_panel_goes_on(

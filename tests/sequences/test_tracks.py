@@ -108,6 +108,16 @@ def test_what_we_write_is_read_again(data, tmp_path, ending):
         assert Path(loud).read_text() == path.read_text()
 
 
+def test_a_table_of_ours_may_come_back_in_quotes(data, tmp_path):
+    found, path = named("OTB/car"), tmp_path / "mine.csv"
+    truth = found.sequence().truth
+    tracks.write(Track(truth, np.ones(N), np.zeros(N, bool), {}), path)
+    lines = path.read_text().splitlines()
+    quoted = ['"' + line.replace(",", '","') + '"' for line in lines]
+    path.write_text("\n".join(quoted))
+    assert np.allclose(tracks.read(path, found)[0].regions, truth, atol=1e-3)
+
+
 @pytest.mark.parametrize(
     "name, said",
     [
@@ -142,6 +152,7 @@ def test_a_target_of_mot_has_a_name_of_its_own(data):
             "rows of MOT, which BoBoT/ball is not; .*csv",
         ),
         ("walk:9", mot(1, np.ones((2, 4)), 5), "no box in frame 2"),
+        ("OTB/car", [range(8)] * 6, "no head; put it back .*: frame,cx"),
     ],
 )
 def test_what_does_not_fit_is_refused(data, tmp_path, name, rows, said):

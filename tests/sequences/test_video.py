@@ -133,6 +133,7 @@ def test_file_says_its_rate_and_folder_uses_25(tmp_path):
 def test_names_are_ordered_as_people_do_and_other_files_ignored(tmp_path):
     write_images(tmp_path, 12, "img{}.png")
     write_rows(tmp_path / "groundtruth.txt", "1")
+    (tmp_path / "._img1.png").write_bytes(b"what a Mac puts beside img1.png")
     assert [frame[0, 0, 0] for frame in ImageFolder(tmp_path)] == list(range(12))
 
 
@@ -153,10 +154,13 @@ def test_bad_videos(tmp_path):
         VideoFile(tmp_path / "none.mp4")
     with refused("text.mp4", "not a video", "convert"):
         VideoFile(write_rows(tmp_path / "text.mp4", "hello"))
+    with refused("text.txt", "a text, not a video", "give a video"):
+        VideoFile(write_rows(tmp_path / "text.txt", "1 2 3 4"))
     content = write_video(tmp_path / "a.mkv", 40, noise).read_bytes()
-    cut = tmp_path / "cut.mkv"
+    cut = tmp_path / "cut (1).mkv"
     cut.write_bytes(content[: len(content) // 2])
-    with refused("cut.mkv", r"truncated: \d\d of 40 frames", "download it again"):
+    what = r"truncated: \d\d of 40 frames"
+    with refused(cut.name, what, r"download it again.* -i 'cut \(1\).mkv' "):
         VideoFile(cut)
     with refused("grey.mkv", "grey", "ffmpeg"):
         VideoFile(write_video(tmp_path / "grey.mkv", 3, color=False))

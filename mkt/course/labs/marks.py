@@ -57,6 +57,8 @@ def read(path: Path) -> NotebookNode:
         raise
     except UnicodeDecodeError:
         raise ValueError(f"{path} is not a notebook: it is no text") from None
+    except AttributeError:  # it asks a list, or a number, for its parts
+        raise ValueError(f"{path} is not a notebook: no JSON object") from None
     except Exception as error:  # nbformat raises about anything for a file that is none
         why = str(error).splitlines()[0]
         raise ValueError(f"{path} is not a notebook: {why}") from None
@@ -115,12 +117,22 @@ def merged(lab: NotebookNode, notebook: NotebookNode) -> NotebookNode:
     """A student's notebook with the checks and given cells of the lab.
 
     They take the place of the student's own cells, under the ids that those have.
+    Given cells that are gone are put back behind what stands before them in the lab.
     """
     ours = of_role(lab, "check", "given")
     cells = [
         nbformat.from_dict({**(ours.get(name(cell)) or cell), "id": cell.id})
         for cell in notebook.cells
     ]
+    names = [name(cell) for cell in cells]
+    place = 0
+    for cell in lab.cells:
+        if name(cell) in names:
+            place = names.index(name(cell)) + 1
+        elif role(cell) == "given":
+            cells.insert(place, cell)
+            names.insert(place, name(cell))
+            place += 1
     return nbformat.v4.new_notebook(cells=cells)
 
 

@@ -55,6 +55,14 @@ def labs() -> dict[str, NotebookNode]:
     return {path.stem: nbformat.read(path, 4) for path in paths}
 
 
+def _some_labs() -> dict[str, NotebookNode]:
+    """The labs; ValueError where there are none, as in a handout."""
+    found = labs()
+    if not found:
+        raise ValueError(f"{FOLDER}: there are no labs to release; ask your teacher")
+    return found
+
+
 def role(cell: NotebookNode) -> str | None:
     """The role of a cell (see the module's text), or None."""
     meta = _nbgrader(cell)
@@ -154,12 +162,13 @@ def for_nbgrader(folder: Path) -> list[Path]:
     Raises
     ------
     ValueError
-        Where it is.
+        Where it is, or where there are no labs.
     """
     if folder.exists():
         raise ValueError(f"-o {folder}: it is there already; choose another name")
+    known = _some_labs()
     texts = {folder / "nbgrader_config.py": CONFIGURATION.format(limit=LIMIT)}
-    for title, lab in labs().items():
+    for title, lab in known.items():
         lab.cells = [cell for cell in lab.cells if cell.get("id") != "teacher"]
         texts[folder / "source" / title / f"{title}.ipynb"] = nbformat.writes(lab)
     for path, text in texts.items():
@@ -207,10 +216,9 @@ def release(folder: Path) -> dict[Path, bool]:
             f"-o {folder}: that is where the labs with their solutions are; "
             "choose another folder"
         )
-    if not labs():
-        raise ValueError(f"{FOLDER}: there are no labs to release; ask your teacher")
+    known = _some_labs()
     folder.mkdir(parents=True, exist_ok=True)
-    places = {folder / f"{title}.ipynb": lab for title, lab in labs().items()}
+    places = {folder / f"{title}.ipynb": lab for title, lab in known.items()}
     return {path: _written(path, lab) for path, lab in places.items()}
 
 
