@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mkt.particles import Particles
-from mkt.regions import size
+from mkt.regions import HX, size
 from mkt.types import Array, ArrayLike, Regions, Rng
 
 SAME = 0, 0, 1, 2  # x and y, which no axis of an image tells apart, share their numbers
@@ -93,13 +93,19 @@ def learnt(tracks: Iterable[Regions], loosen: float = 1.0) -> AutoRegression:
     Raises
     ------
     ValueError
-        For no track, and for one of fewer frames.
+        For no track, for one of fewer frames, and for regions that are not finite or
+        have no area.
     """
-    tracks = list(tracks)
+    tracks = [np.asarray(track, float) for track in tracks]
     if min(map(len, tracks), default=0) < 3:
         raise ValueError(
             f"tracks have {[len(track) for track in tracks]} frames; "
             "give at least one track, each of at least three frames"
+        )
+    if not all(np.isfinite(t).all() and (t[:, HX:] > 0).all() for t in tracks):
+        raise ValueError(
+            "a track has regions that are not finite or have no area; leave them out, "
+            "and give what is before and behind them as two tracks"
         )
     moves = [(u[:-1], u[1:]) for u in map(changes, tracks)]
     before, after = (_pooled(np.concatenate(side)) for side in zip(*moves, strict=True))

@@ -71,6 +71,15 @@ def test_too_little_to_learn_from_is_said(tracks):
         learnt(tracks)
 
 
+@pytest.mark.parametrize("hx", [np.nan, np.inf, 0.0, -3.0])
+def test_a_track_with_a_region_that_cannot_be_is_refused(hx):
+    track = np.column_stack([*[np.arange(9.0)] * 3, np.full((9, 2), 10.0)])
+    assert learnt([track.tolist()]) == learnt([track])
+    track[4, 3] = hx
+    with pytest.raises(ValueError, match="leave them out"):
+        learnt([track])
+
+
 def test_loosening_is_a_factor_on_the_noise_alone():
     track = simulated(AutoRegression((0.9,) * 3, (0.02,) * 3, (0.02,) * 3), 80, 0)
     once, twice = learnt([track]), learnt([track], loosen=2)

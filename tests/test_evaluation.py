@@ -144,6 +144,7 @@ def test_hidden_frames_count_only_where_they_are_asked_for():
     iou = np.array([np.nan, 0.9, np.nan, 0.1, HIT, 0.3, np.nan])
     assert true_positives(iou) == pytest.approx(2 / 4)
     assert true_positives(iou, hidden=True) == pytest.approx(2 / 6)
+    assert true_positives(np.ones(5), hidden=True) == 1  # with that of the start, too
     assert true_positives(iou, 0.5) == pytest.approx(1 / 4)
     assert np.isnan(true_positives(np.full(3, np.nan)))
 

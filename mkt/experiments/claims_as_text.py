@@ -15,7 +15,8 @@ def as_text(results: list[Result]) -> str:
     seeds = results[0].seeds
     head = (
         f"The papers' claims over {len(seeds)} scenes of each kind "
-        f"(seeds {_seeds(seeds)}): value [95 % interval]"
+        f"(seeds {_seeds(seeds)}),\nor as many repeats of what needs no scene: "
+        "value [95 % interval]"
     )
     rule = "\n".join(textwrap.wrap(RULE, WIDTH))
     return "\n\n".join([head, *map(_block, results), rule])

@@ -80,12 +80,14 @@ def _parts(things: Iterable[Any]) -> Iterator[Any]:
 
 
 def _inside(thing: Any) -> Iterable[Any]:
-    """The fields of a dataclass, and what a tuple, a list or a dict holds.
+    """The fields of a dataclass, and what a partial, a tuple, a list or a dict holds.
 
     Nothing of a source that says itself what identifies it.
     """
     if hasattr(thing, "identity"):
         return ()
+    if isinstance(thing, functools.partial):
+        return [thing.func, *thing.args, *thing.keywords.values()]
     if is_dataclass(type(thing)):
         return [getattr(thing, field.name) for field in fields(thing)]
     if isinstance(thing, dict):

@@ -152,8 +152,25 @@ def changed(table: Path, made: Made) -> list[str]:
 
 
 def write_claims(measured: Iterable[Measured], table: Path = CLAIMED) -> None:
-    """Keep what was measured for a release.  Raises OSError."""
-    measured = list(measured)
+    """Keep what was measured for a release, and of other claims what is there.
+
+    Raises
+    ------
+    ValueError
+        For other seeds than those of the claims that are kept, and for seeds that do
+        not follow one another.
+    OSError
+        Where it cannot be written.
+    """
+    fresh = {one.claim.name: one for one in measured}
+    seeds = next(iter(fresh.values())).seeds
+    kept = read_claims(table)[0] if table.exists() else []
+    known = {one.claim.name: one for one in kept} | fresh
+    if others := {tuple(one.seeds) for one in known.values()} - {tuple(seeds)}:
+        raise ValueError(
+            f"other claims have the seeds {list(others)[0]}; measure all of them"
+        )
+    measured = [known[name] for name in CLAIMS if name in known]
     lines = [
         {"claim": one.claim.name, "line": k} | _described(part)
         for one in measured
@@ -313,6 +330,8 @@ def seeds_of(made: Made) -> range:
 def _write(
     table: Path, rows: pd.DataFrame, seeds: Sequence[int], more: dict[str, Any]
 ) -> None:
+    if list(seeds) != list(range(seeds[0], seeds[-1] + 1)):
+        raise ValueError(f"the seeds {list(seeds)} do not follow one another")
     made = {
         "command": COMMANDS[table] if table in COMMANDS else "",
         "date": datetime.date.today().isoformat(),

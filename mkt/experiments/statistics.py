@@ -154,11 +154,27 @@ def interval(
     -------
     value, low, high : float
         All are NaN where there is no value, or one that is not finite.
+
+    Raises
+    ------
+    ValueError
+        For values that the statistic does not have.
     """
-    values = np.asarray(values, float)
+    values = _checked(values, statistic)
     if not (len(values) and np.isfinite(values).all()):
         return np.nan, np.nan, np.nan
     return statistic.value(values), *statistic.ends(values, level)
+
+
+def _checked(values: ArrayLike, statistic: Statistic) -> Array:
+    """The values as an array (n,); the exact tests of shares count whole runs."""
+    values = np.asarray(values, float)
+    possible = {SHARE: (0, 1), PAIRS: (-1, 0, 1)}.get(statistic)
+    if possible and not np.isin(values[np.isfinite(values)], possible).all():
+        raise ValueError(
+            f"values of a {statistic.name} must be among {possible}, one for each run"
+        )
+    return values
 
 
 def p_value(values: ArrayLike, statistic: Statistic, bound: float, side: str) -> float:
@@ -173,8 +189,18 @@ def p_value(values: ArrayLike, statistic: Statistic, bound: float, side: str) ->
     bound : float
         0 for `PAIRS`.
     side : {"greater", "less"}
+
+    Raises
+    ------
+    ValueError
+        For another side, for values that a statistic does not have, and for `PAIRS`
+        with another bound.
     """
-    values = np.asarray(values, float)
+    if side not in ("greater", "less"):
+        raise ValueError(f'side is {side!r}; it must be "greater" or "less"')
+    if statistic is PAIRS and bound != 0:
+        raise ValueError(f"bound is {bound}; differences of shares are tested with 0")
+    values = _checked(values, statistic)
     if not (len(values) and np.isfinite(values).all()):
         return 1.0
     return statistic.test(values, bound, side)

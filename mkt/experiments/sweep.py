@@ -34,8 +34,8 @@ from mkt import evaluation
 from mkt.evaluation import JUDGED, evaluate
 from mkt.experiments import cache, dependencies
 from mkt.experiments.timing import Clocked, one_thread
-from mkt.files import whole
-from mkt.tracking import Source, Track, Tracker, follow, track
+from mkt.files import DataError, whole
+from mkt.tracking import Sequence, Source, Track, Tracker, check_tracker, track
 
 EFFORT = "evaluations", "steps"  # NaN for a tracker that does not report it
 NUMBERS = (*JUDGED, "cpu_ms", *EFFORT)
@@ -122,15 +122,32 @@ def run(job: Job) -> dict[str, Any]:
     clip = replace(clip, frames=frames)
     row = {"tracker": job.label, "source": job.source.name, "seed": job.seed}
     row |= {name: getattr(job.source, name, "") for name in ("item", "ground")}
-    try:
-        next(follow(job.tracker, clip, job.seed))
-    except ValueError as error:
-        return row | dict.fromkeys(NUMBERS, np.nan) | {"refused": str(error)}
+    if refused := _refusal(job, clip):
+        return row | dict.fromkeys(NUMBERS, np.nan) | {"refused": refused}
     frames.seconds, start = 0.0, time.process_time()
     result = track(job.tracker, clip, job.seed)
     seconds = time.process_time() - start - frames.seconds
     cost = {"cpu_ms": 1e3 * seconds / len(clip)} | _effort(result)
     return row | evaluate(result, clip) | cost | {"refused": ""}
+
+
+def _refusal(job: Job, clip: Sequence) -> str:
+    """Why the tracker would not start on this target, empty where it does.
+
+    What is wrong with the job or its data is raised, here or by `track`.
+    """
+    first = np.array(clip.truth[0])
+    if job.seed < 0 or not np.isfinite(first).all():
+        return ""
+    check_tracker(job.tracker)
+    frame = clip.frames[0]
+    try:
+        job.tracker.init(frame, first, np.random.default_rng(job.seed))
+    except ValueError as error:
+        if isinstance(error, DataError):
+            raise
+        return str(error)
+    return ""
 
 
 def _effort(result: Track) -> dict[str, float]:

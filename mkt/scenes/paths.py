@@ -27,6 +27,8 @@ BEAT = 15.0  # frames from one way-point of a walk or of a camera to the next
 def check_points(specification: Any, **numbers: int) -> None:
     """Refuse a field that is no tuple of points, each a tuple of so many numbers.
 
+    They must be finite, and the frames must rise.
+
     Parameters
     ----------
     specification : object
@@ -48,6 +50,12 @@ def check_points(specification: Any, **numbers: int) -> None:
             raise ValueError(
                 f"{field} is {reprlib.repr(points)}; give a tuple of at least one "
                 f"point, each a tuple of {n} numbers, the first of which is the frame"
+            )
+        table = np.array(points, float)
+        if not np.isfinite(table).all() or (np.diff(table[:, 0]) <= 0).any():
+            raise ValueError(
+                f"{field} is {reprlib.repr(points)}; give finite numbers, and frames "
+                "that rise from point to point"
             )
 
 

@@ -24,6 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from mkt import checks
 from mkt.homographies import corners, of_regions
+from mkt.regions import HX
 from mkt.scenes.layers import FLAT, Layer, looks
 from mkt.scenes.paths import STILL, Path, check_points, joined, spline
 from mkt.scenes.textures import resized, texture
@@ -104,9 +105,21 @@ class Scene:
             )
 
     def sequence(self, name: str = "synthetic scene") -> Sequence:
-        """The scene as a `Sequence`, with its exact truth."""
+        """The scene as a `Sequence`, with its exact truth.
+
+        Raises
+        ------
+        ValueError
+            Where a scale is not positive, perhaps between two points that are.
+        """
         times = np.arange(self.length, dtype=float)
         truth = regions(self, self.target, times)
+        if not (truth[:, HX:] > 0).all():
+            k = int(np.argmin(truth[:, HX:].min(1)))
+            raise ValueError(
+                f"the target has no area in frame {k}; give its path and the camera's "
+                "scales above 0, and more points where they change fast"
+            )
         return Sequence(name, Frames(self), truth, _visibility(_noiseless(self)))
 
 

@@ -30,6 +30,7 @@ from mkt.experiments.sweep import NUMBERS, Job, sweep
 from mkt.files import PACKAGE, DataError
 from mkt.papers.cordoba2014 import ablation
 from mkt.papers.lessons import wishes
+from mkt.papers.teuliere2009 import claims as t09
 from mkt.scenes import SCENES
 from mkt.scenes.drawn import HELD_BACK, TUNING, drawn
 from mkt.trackers import by_name
@@ -265,6 +266,59 @@ def test_what_is_kept_is_read_as_it_was_and_judged_the_same(tmp_path):
             assert now.verdict == was.verdict and now.part.text == was.part.text
             assert now.low == pytest.approx(was.low, abs=1e-6)
     assert made.seeds == "7:15" and any(v.startswith("numpy ") for v in made.versions)
+
+
+def test_one_claim_that_is_measured_anew_leaves_the_others_as_they_are(tmp_path):
+    table = tmp_path / "claims.csv"
+    ones, zeros = (Part("x", np.full(6, x), 0.5) for x in (1.0, 0.0))
+    both = [Measured(CLAIMS[name], SIX, (ones,)) for name in ("T09-a", "N03-a")]
+    shipped.write_claims(both, table)
+    shipped.write_claims([Measured(CLAIMS["T09-a"], SIX, (zeros, zeros))], table)
+    anew, kept = shipped.read_claims(table)[0]
+    assert [one.claim.name for one in (anew, kept)] == ["T09-a", "N03-a"]
+    assert [part.values.tolist() for part in anew.parts] == [[0] * 6] * 2
+    assert kept.parts[0].values.tolist() == [1] * 6
+    other = Measured(CLAIMS["T09-a"], range(7, 13), (ones,))
+    with pytest.raises(ValueError, match="measure all of them"):
+        shipped.write_claims([other], table)
+    torn = Measured(CLAIMS["T09-a"], [3, 1, 9, 5, 7, 2], (ones,))
+    with pytest.raises(ValueError, match="do not follow one another"):
+        shipped.write_claims([torn], tmp_path / "torn.csv")
+
+
+class Tabled:
+    """The runs of the release's table for a claim; NaN of what is not in it."""
+
+    seeds = HELD_BACK
+
+    def __init__(self):
+        rows, _ = shipped.read_runs(shipped.TRACKED)
+        self.cells = dict(list(rows.groupby(["source", "tracker"])))
+
+    def __call__(self, kind, label, number):
+        if (kind, label) not in self.cells:
+            return np.full(len(self.seeds), np.nan)
+        return self.cells[kind, label].sort_values("seed")[number].to_numpy(float)
+
+
+# Lines whose trackers are all in the table; what is not computed from runs is left out.
+@pytest.mark.parametrize(
+    "name, lines",
+    [("T09-b", 5), ("T09-c", 6), ("T09-d", 2), ("T09-e", 2), ("T09-f", 5)]
+    + [("C14-a", 1), ("C14-b", 4)],
+)
+def test_the_shipped_claims_follow_from_the_shipped_runs(name, lines, monkeypatch):
+    apart = {"_over": lambda runs, *_: np.full(len(runs.seeds), np.nan)}
+    for place, function in apart.items():
+        monkeypatch.setattr(t09, place, function)
+    (kept,) = shipped.claimed([name])
+    parts = CLAIMS[name].function(Tabled())
+    finite = [k for k, part in enumerate(parts) if np.isfinite(part.values).all()]
+    assert len(finite) == lines
+    for k in finite:
+        then = kept.parts[k]
+        assert replace(parts[k], values=0) == replace(then, values=0)
+        np.testing.assert_allclose(parts[k].values, then.values, rtol=1e-5, atol=1e-5)
 
 
 @pytest.mark.parametrize("missing", [".csv", ".json"])

@@ -1,5 +1,6 @@
 """The code that a result depends on: all that it reaches, and nothing else."""
 
+import functools
 import subprocess
 import sys
 import textwrap
@@ -18,6 +19,7 @@ from mkt.neighbours import SoftBins
 from mkt.scenes import SCENES
 from mkt.scenes.drawn import Drawn
 from mkt.sequences.carphone import Carphone
+from mkt.servoing.loop import Servo
 from mkt.trackers.by_name import TRACKERS
 from mkt.trackers.combined import Combined
 from mkt.trackers.particle_filter import ParticleFilter
@@ -169,6 +171,11 @@ def test_a_tracker_with_a_part_from_a_notebook_is_not_kept():
     mine = ParticleFilter(bins=space["Mine"]())
     assert dependencies.code_of(mine) is None
     assert dependencies.code_of(Scaled(mine, 0.5)) is None
+
+
+def test_what_holds_a_function_in_a_partial_is_not_kept():
+    held = Servo(gain=functools.partial(max, 1.0))
+    assert dependencies.code_of(Servo()) and dependencies.code_of(held) is None
 
 
 @pytest.mark.parametrize("name", TRACKERS)

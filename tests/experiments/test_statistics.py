@@ -1,6 +1,7 @@
 """Intervals that cover what they should, tests that seldom cry, sums that add up."""
 
 import functools
+import re
 from itertools import islice
 
 import numpy as np
@@ -121,6 +122,26 @@ def test_nothing_proves_nothing():
     for statistic in (MEDIAN, MEAN, SHARE, PAIRS):
         assert np.isnan(interval([], statistic)).all()
         assert p_value([], statistic, 0, "greater") == 1
+
+
+@pytest.mark.parametrize(
+    "values, statistic, bound, side, said",
+    [
+        ([1, 0, 1], SHARE, 0.5, "two-sided", "side is 'two-sided'"),
+        ([0.9, 0.9], SHARE, 0.5, "greater", "among (0, 1)"),
+        ([2, 0, 1], PAIRS, 0, "less", "among (-1, 0, 1)"),
+        ([1, 0, 1], PAIRS, 0.5, "less", "bound is 0.5"),
+    ],
+)
+def test_what_has_no_test_is_refused(values, statistic, bound, side, said):
+    with pytest.raises(ValueError, match=re.escape(said)):
+        p_value(values, statistic, bound, side)
+
+
+@pytest.mark.parametrize("statistic, values", [(SHARE, [0.5]), (PAIRS, [-0.5, 1])])
+def test_values_that_are_no_shares_have_no_interval(statistic, values):
+    with pytest.raises(ValueError, match="one for each run"):
+        interval(values, statistic)
 
 
 def test_a_difference_of_shares_is_at_most_1():

@@ -14,7 +14,7 @@ from joblib import parallel_config
 from mkt.experiments import sweep as sweeps
 from mkt.experiments.cache import SEAL
 from mkt.experiments.sweep import Job, jobs, sweep
-from mkt.files import ROOT
+from mkt.files import ROOT, DataError
 from mkt.scenes.drawn import Drawn, drawn
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
@@ -116,6 +116,40 @@ def test_a_tracker_that_refuses_its_target_has_a_row_of_nothing():
 
     row = sweeps.run(Job("ssd", Refusing(), Short(Drawn("base"))))
     assert row["refused"] == "too dark" and np.isnan(row["overlap"])
+
+
+class Spoilt(Short):
+    def sequence(self):
+        clip = super().sequence()
+        return dataclasses.replace(clip, frames=Torn(len(clip)))
+
+
+class Torn(list):
+    def __init__(self, n):
+        super().__init__([None] * n)
+
+    def __getitem__(self, k):
+        raise DataError("frame.jpg", "cut short", "download it again")
+
+
+class Untrue(Short):
+    def sequence(self):
+        clip = super().sequence()
+        return dataclasses.replace(clip, truth=np.full_like(clip.truth, np.nan))
+
+
+@pytest.mark.parametrize(
+    "job, said",
+    [
+        (Job("x", SSD(), Spoilt(Drawn("base"))), "frame.jpg"),
+        (Job("x", SSD(), Untrue(Drawn("base"))), "no true region"),
+        (Job("x", SSD(), Short(Drawn("base")), -1), "seed is -1"),
+        (Job("x", "ssd", Short(Drawn("base"))), "is no tracker"),
+    ],
+)
+def test_what_is_wrong_with_a_job_or_its_data_is_no_refusal(job, said):
+    with pytest.raises((ValueError, TypeError), match=said):
+        sweeps.run(job)
 
 
 def test_a_tracker_that_does_not_tell_its_cost_has_a_row_without_it():

@@ -179,12 +179,27 @@ def test_points_that_cannot_be_are_refused_with_their_field():
         ("turn", ((0.0, 1.5),)),
         ("turn", ((0.0,),)),
         ("tilt", ()),
+        ("path", ((0.0, np.nan, 120.0, 0.0, 1.0),)),
+        ("turn", ((9.0, 0.0), (0.0, 1.0))),
     ):
-        with pytest.raises(ValueError, match=rf"^{field} is .*(give a tuple|lies)"):
+        with pytest.raises(ValueError, match=rf"^{field} is .*(give|lies)"):
             replace(car, **{field: points})
-    for field, points in (("light", ()), ("camera", ()), ("light", ((0.0, 1.0),))):
-        with pytest.raises(ValueError, match=rf"^{field} is .*give a tuple"):
+    falling = ((20.0, 0.5, 0.5, 0.5), (0.0, 1.0, 1.0, 1.0))
+    for field, points in (
+        ("light", ()),
+        ("camera", ()),
+        ("light", ((0.0, 1.0),)),
+        ("light", falling),
+    ):
+        with pytest.raises(ValueError, match=rf"^{field} is .*give"):
             Scene(car, **{field: points})
+
+
+def test_a_target_that_shrinks_to_nothing_between_two_points_is_refused():
+    scales = 1.0, 0.05, 1.0, 0.05
+    path = tuple((20.0 * k, 160.0, 120.0, 0.0, s) for k, s in enumerate(scales))
+    with pytest.raises(ValueError, match="no area in frame .*more points"):
+        Scene(Layer("car", 60.0, path), length=61).sequence()
 
 
 @pytest.mark.parametrize(

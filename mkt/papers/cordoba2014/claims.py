@@ -26,9 +26,10 @@ def hybrid_resampling_ranks_first(runs: Runs) -> list[Part]:
     The first overall and for every kind of sequence, the second overall, which is the
     mean over the six kinds.  True positives in percent of all frames, hidden ones too,
     at 20 % of overlap, as the paper counts.  PFHR and SIR have the same bins, kernel
-    and motion and differ in resampling alone, once with the paper's look and once with
-    ours, which has more bins and trusts the border of the box less.  The printed table
-    itself has SIR ahead of PFHR on scale variations.
+    and motion, once with the paper's look and once with ours, which has more bins and
+    trusts the border of the box less.  They differ in all that hybrid resampling is:
+    when it draws, inertia, the search while the target is hidden, and the model update.
+    The printed table itself has SIR ahead of PFHR on scale variations.
     """
     parts = []
     for look, names in LOOKS.items():

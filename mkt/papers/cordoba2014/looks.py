@@ -1,4 +1,4 @@
-"""PFHR and SIR with the same look, so that resampling alone tells them apart.
+"""PFHR and SIR with the same look, so that hybrid resampling alone tells them apart.
 
 A look is what a filter sees of a box: bins and kernel.  The paper's is that of our SIR,
 every pixel of the box alike; ours is that of our PFHR, with bins for what has no hue

@@ -39,7 +39,8 @@ def table1(fig: Figure, *, t_lim: float = 0.2, runs: int = 3) -> Shown:
     standard deviation over so many runs with other random numbers; WM has none.  "Seen"
     is the share of frames in which the target can be seen, more than which nobody
     reaches.  PFHR and SIR have the same bins and kernel, once those of the paper's text
-    and once ours, so that in each pair the resampling alone differs.  Bold: the best of
+    and once ours, so that a pair differs in hybrid resampling alone: when it draws,
+    inertia, the search while the target is hidden, the model update.  Bold: the best of
     ours in a row.  The printed numbers were measured on BoBoT at 20 %, and other data
     need not give the same ones.  In our copy of the paper the third row repeats the
     first, and the overall mean of PFHR does not follow from its column, whose mean is

@@ -1,6 +1,6 @@
 """The claims of [T09]: C. Teulière, E. Marchand, L. Eck, ICRA 2009."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -10,6 +10,7 @@ import pandas as pd
 from joblib import Parallel, delayed
 
 from mkt.colors import ColorBins
+from mkt.evaluation import evaluate
 from mkt.experiments.claims import Part, Runs, claim, contenders
 from mkt.experiments.statistics import MEAN, PAIRS, SHARE
 from mkt.experiments.timing import one_thread, side_by_side
@@ -21,6 +22,7 @@ from mkt.papers.teuliere2009.servoing import REVERSALS, experiment, rms, self_mo
 from mkt.papers.teuliere2009.tracking import LITERAL
 from mkt.regions import displaced
 from mkt.scenes.drawn import drawn
+from mkt.trackers import by_name
 from mkt.trackers.combined import Combined
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
@@ -52,9 +54,9 @@ def _share(text: str, values: Array, bound: float, below: bool = False) -> Part:
     return Part(text, values, bound, below=below, statistic=SHARE)
 
 
-def _pairs(text: str, values: Array) -> Part:
+def _pairs(text: str, values: Array, ours: bool = False) -> Part:
     """A part on the difference of two shares of runs."""
-    return Part(text, values, 0, statistic=PAIRS, margin=0.1)
+    return Part(text, values, 0, statistic=PAIRS, margin=0.1, ours=ours)
 
 
 def _frames(text: str, values: Array, bound: float = 0, below: bool = False) -> Part:
@@ -64,16 +66,19 @@ def _frames(text: str, values: Array, bound: float = 0, below: bool = False) -> 
 
 @claim("T09-a", "figure 3")
 def several_kernels_feel_a_rotation(runs: Runs) -> list[Part]:
-    """With several kernels the distance reacts to a rotation, with one it hardly does.
+    """Along a rotation the distance varies faster with several kernels than with one.
 
     The curvature of the squared distance along the rotation, at the true place, for
     nine kernels over that for one, which is constant on the whole rectangle: its
     corners turn into the ground.  A round kernel feels no rotation, whatever it sees.
+    Five times is what we had asked for before the runs; the paper says "faster".
     """
     ratios = np.array([_curvatures(seed) for seed in runs.seeds])
     over = "curvature, nine kernels over"
+    whole = f"{over} one on the whole rectangle"
     return [
-        Part(f"{over} one on the whole rectangle", ratios[:, 0], 5),
+        Part(whole, ratios[:, 0], 1),
+        Part(whole, ratios[:, 0], 5, ours=True),
         Part(f"{over} a round one", ratios[:, 1], 5, ours=True),
     ]
 
@@ -106,18 +111,36 @@ def ssd_is_accurate_but_fails_at_an_occlusion(runs: Runs) -> list[Part]:
 
     A run fails when in none of its last ten frames the object is found with its
     orientation right to 45 degrees.  "hidden" is the sequence of our figures 6 and 7,
-    hidden for half as long as in "occlusion".
+    hidden for half as long as in "occlusion".  What the occlusion does is seen from the
+    same scenes without what stands in front.  Ours: beside 500 particles, which fail at
+    occlusions, too.
     """
     gain = runs("base", "ssd", "overlap") - runs("base", "pf-500", "overlap")
     parts = [Part("base: overlap, SSD minus 500 particles", gain, 0, margin=0.01)]
     for kind in OCCLUDED:
         ssd, pf = (runs(kind, name, "failed") for name in ("ssd", "pf-500"))
-        compared = "that share minus the one of 500 particles"
+        more = f"{kind}: that share minus the one"
         parts += [
             _share(f"{kind}: share of runs in which SSD fails", ssd, 0.5),
-            _pairs(f"{kind}: {compared}", ssd - pf),
+            _pairs(
+                f"{more} without occlusion", ssd - _over(runs, _fails_in_view, kind)
+            ),
+            _pairs(f"{more} of 500 particles", ssd - pf, ours=True),
         ]
     return parts
+
+
+def _fails_in_view(kind: str, seed: int) -> float:
+    """Whether SSD fails on a scene without what stands in front, 0 or 1."""
+    scene = replace(drawn(kind, seed).scene(), front=())
+    clip = scene.sequence(kind)
+    return evaluate(track(by_name.get("ssd"), clip, seed), clip)["failed"]
+
+
+def _over(runs: Runs, function: Callable[[str, int], float], kind: str) -> Array:
+    """What a function says of the scenes of a kind, (n,)."""
+    every = (delayed(function)(kind, seed) for seed in runs.seeds)
+    return np.array(Parallel(n_jobs=-1)(every))
 
 
 @claim(
@@ -287,24 +310,30 @@ def _cpu_ratio(tracker: Tracker, other: Tracker, seed: int) -> float:
 @claim(
     "T09-h",
     "Section V",
-    base=contenders("combined", "ssd"),
-    blur=contenders("combined", "ssd"),
 )
 def prediction_saves_iterations(runs: Runs) -> list[Part]:
     """The particle filter's prediction lowers the number of Newton iterations.
 
-    Iterations in a frame where the optimiser ran: started at the filter's estimate,
-    over started at the last estimate.
+    Iterations in a frame: started at the filter's estimate, over started at the last
+    estimate.  The combination leaves the optimiser out where its threshold says so,
+    which is where SSD needs most; only frames in which both run are counted.
     """
+    text = "iterations, combination over SSD"
     return [
-        Part(
-            f"{kind}: iterations, combination over SSD",
-            runs(kind, "combined", "steps") / runs(kind, "ssd", "steps"),
-            1,
-            below=True,
-        )
+        Part(f"{kind}: {text}", _over(runs, _iterations, kind), 1, below=True)
         for kind in ("base", "blur")
     ]
+
+
+def _iterations(kind: str, seed: int) -> float:
+    """Those of the combination over those of SSD, where both run."""
+    clip = drawn(kind, seed).sequence()
+    combined, ssd = (
+        track(by_name.get(name), clip, seed).info["steps"]
+        for name in ("combined", "ssd")
+    )
+    both = (combined > 0) & (ssd > 0)
+    return float(combined[both].mean() / ssd[both].mean())
 
 
 class _Followed(NamedTuple):
