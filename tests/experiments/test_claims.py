@@ -30,10 +30,12 @@ from mkt.experiments.sweep import NUMBERS, Job, sweep
 from mkt.files import PACKAGE, DataError
 from mkt.papers.cordoba2014 import ablation
 from mkt.papers.lessons import wishes
+from mkt.papers.nummiaro2003 import claims as n03
 from mkt.papers.teuliere2009 import claims as t09
 from mkt.scenes import SCENES
 from mkt.scenes.drawn import HELD_BACK, TUNING, drawn
 from mkt.trackers import by_name
+from mkt.tracking import Track
 from tests.lot import DAY
 
 NAMES = list(CLAIMS)
@@ -319,6 +321,46 @@ def test_the_shipped_claims_follow_from_the_shipped_runs(name, lines, monkeypatc
         then = kept.parts[k]
         assert replace(parts[k], values=0) == replace(then, values=0)
         np.testing.assert_allclose(parts[k].values, then.values, rtol=1e-5, atol=1e-5)
+
+
+def test_what_the_update_changes_is_with_it_minus_without_it(monkeypatch):
+    looks = {"fades": (0.9, 0.1), "turns": (0.6, 0.4), "same": (0.3, 0.8)}
+
+    def drives(_seed):
+        still = {"hits": 0.2, "scale": 0.5}
+        learning = {
+            look: dict(zip(still, numbers, strict=True))
+            for look, numbers in looks.items()
+        }
+        return {
+            (update, look): learning[look] if update else still
+            for look in looks
+            for update in (False, True)
+        }
+
+    monkeypatch.setattr(n03, "drives", drives)
+    parts = CLAIMS["N03-d"].function(claims.Runs(SIX, {}))
+    found = [part.values.mean() for part in parts]
+    assert found == pytest.approx([0.7, -0.4, 0.4, -0.1, 0.3])
+
+
+def test_iterations_are_counted_where_both_run(monkeypatch):
+    steps = {"combined": [np.nan, 2, 0, 4], "ssd": [np.nan, 6, 90, 6]}
+
+    def tracked(tracker, *_):
+        name = "ssd" if tracker == by_name.get("ssd") else "combined"
+        return Track(np.ones((4, 5)), None, None, {"steps": np.array(steps[name])})
+
+    monkeypatch.setattr(t09, "track", tracked)
+    assert t09._iterations("base", 0) == 0.5
+
+
+def test_a_loss_before_the_student_leaves_is_none_in_time(monkeypatch):
+    rows = pd.DataFrame({"found": [1.0, 0, 1], "late": [3.0, -118, 6], "lost": 1.0})
+    walked = dict.fromkeys(n03.WALKERS, rows.assign(bridged=1.0))
+    monkeypatch.setattr(n03, "_walked", lambda seeds: walked)
+    _, in_time, _ = CLAIMS["N03-e"].function(claims.Runs(range(3), {}))
+    assert in_time.values.tolist() == [1, 0, 0]
 
 
 @pytest.mark.parametrize("missing", [".csv", ".json"])
