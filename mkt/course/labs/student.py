@@ -29,6 +29,12 @@ from mkt.course.labs.values import receive, send, unpack
 WHERE = "__lab__"  # the module that the checks are in
 UNWRITTEN = "not written yet"
 DIED = "the program died, perhaps for want of memory, or something ended it"
+# The end of what numpy says of an array that `mkt.course.labs.values.lock` has locked.
+LOCKED = "is read-only"
+CHANGED = (
+    "your function changes an array that it was given, which is read-only: compute a "
+    "new one in place of +=, *= or [...] ="
+)
 OVER = "the notebook takes too long as a whole, and was stopped before this"
 # [s] for what was interrupted to end, but not above the limit; then its process is
 # given up.
@@ -310,6 +316,8 @@ def _as_said(name: str, words: str, late: str) -> TheirError:
         return TheirError(UNWRITTEN)
     if name == "KeyboardInterrupt":
         return TheirError(late)
+    if name == "ValueError" and words.endswith(LOCKED):
+        return TheirError(CHANGED)
     # Python says "(<where>, line 3)" of what it cannot read.
     return TheirError(
         f"stops with {name}: {re.sub(r'[(][^()]*, line', '(line', words)}"

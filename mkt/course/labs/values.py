@@ -16,6 +16,16 @@ LARGEST = 64 * 2**20  # [bytes] of a message from the accused
 KINDS = "biufcUS"  # of numpy: numbers and text, nothing that points elsewhere
 
 
+def lock(*arrays: np.ndarray) -> None:
+    """Make arrays read-only, before a check gives them to a student's function.
+
+    Whoever changes one is told so, in the notebook as by the judge, who keeps locked
+    what is locked.
+    """
+    for array in arrays:
+        array.flags.writeable = False
+
+
 def pack(value: Any, keep: Callable[[Any], int]) -> bytes:
     """A value as bytes.
 
