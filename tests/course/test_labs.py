@@ -16,9 +16,18 @@ from mkt.course.book import checks
 from mkt.course.labs import marks, notebooks
 from mkt.course.labs.judge import Judge, names_of_others
 from mkt.course.labs.notebooks import STUBS, name, of_role, points, released, role
-from mkt.course.labs.student import UNWRITTEN, Cell, Function, Student
+from mkt.course.labs.student import (
+    CHANGED,
+    UNWRITTEN,
+    Cell,
+    Function,
+    Student,
+    TheirError,
+)
+from mkt.course.labs.values import lock
 from mkt.evaluation import overlap
 from mkt.histograms import coefficient
+from mkt.particles import Particles
 from mkt.scenes import rendering
 from mkt.scenes.cards import card
 from tests.lot import DAY
@@ -140,6 +149,37 @@ def verdicts_below(lab, title, judge):
     return {check: words for check, words in said.items() if words}
 
 
+@functools.cache
+def tried_in_a_notebook(lab):
+    """Which checks fail in a notebook with each other answer, as {title: {check}}.
+
+    All cells run in one process there, as with nbgrader, and nothing is copied.
+    """
+    cells = {cell.name: cell for cell in code(LABS[lab], "solution", "given", "check")}
+    checks = of_role(LABS[lab], "check")
+    space = {}
+    for cell in cells.values():
+        exec(cell.source, space)
+    result = {}
+    for title, one in (wrong_answers(lab) | right_answers(lab)).items():
+        names = [*cells]
+        below = [c for c in names[names.index(one["cell"]) :] if c in checks]
+        exec(one["code"], space)
+        result[title] = {c for c in below if raises(cells[c].source, space)}
+        exec(cells[one["cell"]].source, space)
+    return result
+
+
+def raises(source, space):
+    """Whether a cell ends with an error."""
+    try:
+        with np.errstate(all="ignore"):
+            exec(source, space)
+    except Exception:
+        return True
+    return False
+
+
 def lost(lab, failures):
     return [mark.check for mark in marks.marks(LABS[lab], failures) if mark.words]
 
@@ -153,6 +193,17 @@ def test_random_numbers_are_drawn_from_the_judges_and_no_others_are_sent():
             assert drawn(rng, rng) == same.random() + same.random()
             assert rng.random() == same.random()
             assert student.generators == [rng]
+
+
+def test_what_is_locked_arrives_locked_and_who_changes_it_is_told_what_to_do():
+    change = "def change(crowd):\n    crowd.regions[0] += 1\n    return crowd.regions"
+    with Student([Cell("change", change)], 60, boxed=False) as student:
+        changed = Function(student, "change", dict)
+        crowd = Particles(np.zeros((2, 5)), np.zeros((2, 2)))
+        assert changed(crowd)[0].min() == 1 and crowd.regions.max() == 0
+        lock(*crowd)
+        with pytest.raises(TheirError, match=re.escape(CHANGED)):
+            changed(crowd)
 
 
 # Answers that are right but for a leading axis of no elements: those of one function,
@@ -285,6 +336,18 @@ def test_a_wrong_answer_is_told_the_remedy(lab, title):
 )
 def test_a_right_answer_written_otherwise_gets_full_marks(lab, title):
     assert tried(lab)[title] == {}
+
+
+@pytest.mark.slow
+@each_lab
+def test_a_notebook_refuses_what_the_judge_refuses(lab):
+    """Also of answers that change what they are given: the judge gives copies."""
+    said = tried(lab)
+    assert {
+        title: (failed, {*said[title]})
+        for title, failed in tried_in_a_notebook(lab).items()
+        if failed != {*said[title]}
+    } == {}
 
 
 @pytest.mark.slow
