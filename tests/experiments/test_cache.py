@@ -89,6 +89,11 @@ def test_keys_differ_where_their_parts_do():
     assert cache.identity(many) != cache.identity(other)
 
 
+def test_keys_differ_where_numbers_do_in_their_last_digit():
+    number = np.array([0.1])
+    assert cache.key(number) != cache.key(np.nextafter(number, 1))
+
+
 def test_what_cannot_be_touched_can_be_read(monkeypatch):
     def refuse(*_):
         raise PermissionError

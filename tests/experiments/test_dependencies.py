@@ -5,6 +5,8 @@ import subprocess
 import sys
 import textwrap
 from dataclasses import dataclass
+from importlib.metadata import packages_distributions
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -19,12 +21,14 @@ from mkt.neighbours import SoftBins
 from mkt.scenes import SCENES
 from mkt.scenes.drawn import Drawn
 from mkt.sequences.carphone import Carphone
+from mkt.servoing import loop
 from mkt.servoing.loop import Servo
 from mkt.trackers.by_name import TRACKERS
 from mkt.trackers.combined import Combined
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.scaled import Scaled
 from mkt.trackers.ssd import SSD
+from tests.test_structure import imports
 
 
 def names(*things):
@@ -139,6 +143,17 @@ def test_another_python_or_numpy_makes_another_key(newer, monkeypatch):
     dependencies._hash.cache_clear()
     assert dependencies.code_of(SSD()) != before
     dependencies._hash.cache_clear()
+
+
+def test_every_package_that_numbers_depend_on_is_part_of_the_key():
+    """What trackers, scenes and the servoing import, and that of the photographs."""
+    scenes = [scene(0) for scene in SCENES.values()]
+    roots = dependencies.homes(*TRACKERS.values(), *scenes, loop, evaluation)
+    used = chain.from_iterable(map(imports, dependencies.reachable(roots)))
+    known = packages_distributions()
+    packages = {p for name in used for p in known.get(name.partition(".")[0], ())}
+    versions = {line.split()[0] for line in dependencies.versions()}
+    assert {"python", "scikit-image", *packages} - {"mkt"} <= versions
 
 
 def test_what_was_written_in_a_notebook_is_not_kept():

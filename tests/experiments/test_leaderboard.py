@@ -2,6 +2,7 @@
 
 import csv
 import re
+from dataclasses import replace
 from html import unescape
 
 import cv2
@@ -34,6 +35,7 @@ from mkt.scenes.drawn import Drawn
 from mkt.sequences.benchmarks import sequences
 from mkt.trackers import by_name
 from mkt.trackers.particle_filter import ParticleFilter
+from mkt.trackers.ssd import SSD
 
 LENGTH = 12
 NAMES = ("ssd", "pf-75", "camshift")
@@ -197,6 +199,33 @@ def test_trackers_that_draw_are_told_from_those_that_do_not():
         assert draws(by_name.get(name)), name
     for name in ("ssd", "camshift", "meanshift"):
         assert not draws(by_name.get(name)), name
+
+
+def test_a_tracker_that_draws_only_when_it_searches_draws():
+    class Guessing(SSD):
+        def step(self, state, frame, rng):
+            rng.random()
+            return super().step(state, frame, rng)
+
+    assert draws(Guessing()) and not draws(SSD())
+
+
+def test_written_tracks_count_frames_in_the_whole_sequence(tmp_path):
+    """As the truth of MOT does, from 1 on; so the sixth frame is number 6."""
+
+    class FromTheSixth(Drawn):
+        first = 5
+
+        def sequence(self):
+            return replace(self.scene(), length=3).sequence()
+
+    some = replace(
+        board(row("ssd", "base", 0, 0.5)),
+        jobs=[Job("ssd", SSD(), FromTheSixth("base"))],
+    )
+    leaderboard.write_tracks(some, tmp_path, processes=1)
+    rows = (tmp_path / "ssd-base-0.txt").read_text().splitlines()
+    assert [line.split(",")[0] for line in rows] == ["6", "7", "8"]
 
 
 def board(*rows, case="source"):

@@ -234,3 +234,9 @@ def test_means_and_pairs_have_the_formulas_of_the_books():
 def test_a_test_has_the_side_that_it_is_asked_for(statistic, values, bound):
     above = p_value(values, statistic, bound, "greater")
     assert above < 0.05 < p_value(values, statistic, bound, "less")
+
+
+@pytest.mark.parametrize("bound", [0.7, 0.9])
+def test_runs_that_are_all_alike_prove_nothing_of_a_bound_they_do_not_pass(bound):
+    assert p_value(np.full(8, 0.7), MEAN, bound, "greater") == 1
+    assert p_value(np.full(8, -0.7), MEAN, -bound, "less") == 1

@@ -109,6 +109,12 @@ def test_steps_are_those_of_the_frames_in_which_the_optimiser_ran():
     assert sweeps._effort(track)["steps"] == 4
 
 
+def test_the_frame_in_which_a_tracker_learns_costs_no_search():
+    info = {"evaluations": np.array([np.nan, 4, 6, 5])}
+    track = Track(np.zeros((4, 5)), np.ones(4), np.zeros(4, bool), info)
+    assert sweeps._effort(track)["evaluations"] == 5
+
+
 def test_a_tracker_that_refuses_its_target_has_a_row_of_nothing():
     class Refusing(SSD):
         def init(self, frame, region, rng):
