@@ -1,0 +1,197 @@
+"""What figures are made of, on made-up runs whose numbers are known by hand.
+
+No tracker runs here.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mkt.experiments import shipped
+from mkt.experiments.shipped import Made
+from mkt.papers import runs
+from mkt.papers.cordoba2014 import table as table1
+from mkt.papers.cordoba2014 import tracking as cordoba
+from mkt.papers.cordoba2014.looks import LOOKS, RIVALS
+from mkt.papers.lessons.survival import COUNTED
+from mkt.papers.nummiaro2003 import sequences, steps
+from mkt.papers.teuliere2009 import tracking as teuliere
+from mkt.papers.teuliere2009.histograms import still
+from mkt.papers.teuliere2009.servoing import self_motion
+from mkt.plotting import new_figure
+from mkt.regions import HX, HY
+from mkt.scenes.teuliere2009 import fast
+from mkt.tracking import Sequence
+from tests.papers.drawing import numbers
+
+BOX = np.array([50.0, 40.0, 0.0, 20.0, 10.0])
+
+
+def clip(visible):
+    """A box that stands still, of which so much is visible in each frame."""
+    truth = np.tile(BOX, (len(visible), 1))
+    return Sequence("toy", [None] * len(visible), truth, np.array(visible, float))
+
+
+# [C14]
+
+
+@pytest.mark.parametrize("pair", LOOKS.values(), ids=LOOKS)
+def test_resampling_alone_tells_the_two_of_a_look_apart(pair):
+    pfhr, sir = (RIVALS[name] for name in pair)
+    assert type(pfhr) is not type(sir)
+    assert (pfhr.n, pfhr.bins, pfhr.kernels) == (sir.n, sir.bins, sir.kernels)
+
+
+@pytest.mark.parametrize("number", range(1, 7))
+def test_the_sliders_of_c14_reach_its_filters(number, monkeypatch):
+    def drawn(fig, kind, trackers):
+        return trackers
+
+    monkeypatch.setattr(cordoba, "film", drawn)
+    monkeypatch.setattr(cordoba, "curves", drawn)
+    draw = getattr(cordoba, f"fig{number}")
+    trackers = draw(new_figure((1, 1)), particles=25, n_lim=0.1)
+    assert trackers["pfhr"].n == trackers["sir"].n == 25
+    assert trackers["pfhr"].n_lim == 0.1
+
+
+def test_table_1_has_the_mean_of_the_runs_and_the_best_mean_bold(monkeypatch):
+    """The first is best by its mean, the second by its median."""
+    shares = dict.fromkeys(RIVALS.values(), np.array([10.0, 20, 30]))
+    shares[RIVALS["pfhr plain"]] = np.array([60.0, 60, 90])
+    shares[RIVALS["sir"]] = np.array([64.0, 65, 66])
+    monkeypatch.delenv("MKT_DATA", raising=False)
+    monkeypatch.setattr(table1, "_seen", lambda origin: 100.0)
+    monkeypatch.setattr(table1, "percent", lambda one, *more: shares[one])
+    fig = new_figure((10, 5))
+    shown = table1.table1(fig)
+    assert shown["means"].tolist() == [[70, 65, 20, 20, 20]] * 6
+    (ax,) = fig.axes
+    bold = [text.get_text() for text in ax.texts if text.get_fontweight() == "bold"]
+    assert [text for text in bold if text[0].isdigit()] == ["70.0 ± 14.1"] * 6 + [
+        "70.0"
+    ]
+
+
+def test_a_target_that_is_hidden_at_first_counts_as_seen_in_frame_0():
+    hidden = clip([0, 0, 1, 1, 0, 1, 1])
+    assert cordoba.occlusions(hidden) == [(1, 2), (4, 5)]
+
+
+@pytest.mark.parametrize("hits, back", [(4, 0), (6, 1)])
+def test_who_hits_in_most_frames_after_an_occlusion_is_back(hits, back):
+    """Of the ten frames that count, after the first five."""
+    iou = np.zeros(24)
+    iou[9 : 9 + hits] = 0.9
+    hidden = clip([1] * 2 + [0] * 2 + [1] * 20)
+    assert cordoba.found_again(iou, hidden) == (back, 1)
+
+
+# [T09]
+
+
+@pytest.mark.parametrize("span", [0.4, 1.0])
+def test_one_round_kernel_covers_the_share_of_its_circle(span):
+    _, _, _, hx, hy = still("car").truth[0]
+    circle = np.pi * (span * min(hx, hy)) ** 2
+    shown = numbers("teuliere2009.fig2", layout="one", span=span)
+    assert shown["covered"] == pytest.approx(circle / (4 * hx * hy), abs=0.005)
+
+
+def test_hidden_frames_have_no_errors():
+    """However many they are."""
+    visible = np.zeros(80)
+    visible[[0, 5, 25, 45, 60, 79]] = 1
+    regions = np.tile(BOX, (80, 1))
+    regions[:, 0] += np.where(visible, 3, 500)
+    regions[:, 2] += np.where(visible, 0.1, 1)
+    position, orientation, _ = teuliere.before_and_after(regions, clip(visible))
+    assert position == pytest.approx(3)
+    assert np.deg2rad(orientation) == pytest.approx(0.1)
+
+
+def test_angles_are_drawn_on_the_turn_nearest_the_truth():
+    """Of a target that turns round twice, however the turns are counted."""
+    angle = np.linspace(0, 4 * np.pi, 30)
+    truth, found = np.tile(BOX, (2, 30, 1))
+    truth[:, 2] = np.angle(np.exp(1j * angle))
+    found[:, 2] = angle + 0.1 + 2 * np.pi * (np.arange(30) % 5 - 2)
+    drawn = teuliere._curves(found, truth)
+    assert np.deg2rad(drawn[2]) == pytest.approx(angle + 0.1)
+
+
+def test_figure_5_tells_the_last_size_and_the_median_of_the_turn(monkeypatch):
+    truth = runs.clip(fast(0, exposure=0.0)).truth
+    found = np.tile(truth, (4, 1, 1, 1))
+    found[..., -1, [HX, HY]] *= 1.5
+    found[..., 2] += np.deg2rad(10)
+    found[..., 20:35, 2] += np.deg2rad(60)
+    monkeypatch.setattr(runs, "regions", lambda *asked: found)
+    shown = numbers("teuliere2009.fig5", exposure=0.0)
+    assert shown["size"] == pytest.approx(1.5)
+    assert shown["orientation"] == pytest.approx(10)
+
+
+def test_the_car_s_velocity_is_seen_by_the_camera_of_the_frame_before():
+    """It drives along X, which is the image's y in the first frame alone."""
+    upright, turned = np.eye(4), np.eye(4)
+    turned[:2, :2] = [[0, 1], [-1, 0]]
+    run = SimpleNamespace(
+        cars=np.array([[0, 0, 0], [0.3, 0, 0], [0.6, 0, 0]]),
+        times=np.array([0, 0.2, 0.4]),
+        poses=np.array([turned, upright, upright]),
+    )
+    assert self_motion(run, surface=0.25) == pytest.approx([3, 0])
+
+
+# [N03]
+
+
+def test_who_waits_is_found_again_in_the_first_frame_after_it():
+    waiting = np.zeros(60, bool)
+    waiting[10:20] = waiting[40:50] = True
+    assert sequences.found_again(waiting, 5) == 20
+    assert sequences.found_again(waiting, 12) == 20
+    assert sequences.found_again(waiting, 30) == 50
+    assert sequences.found_again(waiting[:30], 25) == 25 + 20  # it never waits
+
+
+def test_the_background_is_covered_by_the_share_below_the_limit():
+    ax = new_figure((3, 2)).subplots()
+    around = np.array([0.1, 0.2, 0.3, 0.9])
+    assert steps._draw_condition(ax, around, limit=0.5, student=0.8) == 0.75
+    assert "75.0%" in ax.get_title()
+
+
+# The table of all trackers and scenes
+
+
+@pytest.fixture
+def two_runs(monkeypatch):
+    """Puts a release of two runs of SSD on one kind of scene in place of ours."""
+
+    def put(**columns):
+        fixed = {"tracker": "ssd", "source": "base", "refused": ""}
+        rows = pd.DataFrame(fixed | columns, [0, 1])
+        made = Made("", "", "0:2", [], {})
+        monkeypatch.setattr(shipped, "read_runs", lambda table: (rows, made))
+
+    return put
+
+
+@pytest.mark.parametrize("counted", COUNTED)
+def test_who_would_not_start_survives_nothing(counted, two_runs):
+    half = [1, np.nan]
+    two_runs(lost=[0, np.nan], overlap=half, hits=half, refused=["", "too dark"])
+    cell = numbers("own.survival", counted=counted).table.iloc[0]
+    assert (cell["tracker"], cell["scene"], cell["value [%]"]) == ("ssd", "base", 50)
+
+
+@pytest.mark.parametrize("counted", ["overlap", "frames with a hit"])
+def test_an_interval_of_a_share_ends_at_nothing_and_at_all(counted, two_runs):
+    two_runs(lost=[0, 0], overlap=[0.1, 0.9], hits=[0.1, 0.9])
+    cell = numbers("own.survival", counted=counted).table.iloc[0]
+    assert (cell["low [%]"], cell["high [%]"]) == (0, 100)
