@@ -57,6 +57,13 @@ def test_look_alikes_are_the_object_in_other_colors():
         assert all(layer.hue for layer in scene.front)
 
 
+def test_look_alikes_come_from_either_side():
+    """Each crosses the whole image."""
+    ways = np.array([[p.path for p in SCENES["passers"](seed).front] for seed in SEEDS])
+    steps = np.diff(ways[..., 1], axis=-1)
+    assert (np.abs(steps) > 320).all() and set(np.sign(steps).flat) == {-1, 1}
+
+
 def test_the_camera_goes_along_behind_the_pillars():
     """The object walks far, and yet stays in the middle of the screen."""
     for seed in SEEDS:

@@ -9,7 +9,7 @@ import pytest
 from mkt.scenes import nummiaro2003 as stories
 from mkt.scenes.layers import Layer
 from mkt.scenes.paths import standing
-from mkt.scenes.rendering import Scene, render
+from mkt.scenes.rendering import Scene, regions, render
 
 SEEDS = range(4)
 MIDDLE = standing(160, 120)
@@ -70,6 +70,14 @@ def test_the_van_in_traffic_grows_and_looks_otherwise(look):
         assert change < 12 if look == "same" else change > 40
     with pytest.raises(ValueError, match="fades, turns, same"):
         stories.traffic(0, "flies")
+
+
+def test_the_van_in_traffic_grows_by_the_same_factor_in_each_frame():
+    """From frame 15 to 125: by the root of the whole in the middle of them."""
+    for seed in SEEDS:
+        scene = stories.traffic(seed, growth=4.0)
+        size = regions(scene, scene.target, [15, 70, 125])[:, 3]
+        assert size / size[0] == pytest.approx([1, 2, 4], rel=0.1)
 
 
 def test_a_growth_of_one_keeps_the_size():

@@ -106,6 +106,30 @@ def test_an_exposure_is_half_before_and_half_after_the_instant_of_the_truth(n):
     assert len(times) == n and times[-1] == pytest.approx(0.5 - 0.5 / n)
 
 
+@pytest.mark.parametrize(
+    "pixels, needed", [(0, 1), (9, 5), (19, 10), (199, rendering.MAX_SUBFRAMES)]
+)
+def test_an_exposure_has_a_sub_frame_for_each_pixel_that_something_moves(
+    pixels, needed
+):
+    """The shutter is open half of the time."""
+    path = ((0.0, 30.0, 40.0, 0.0, 1.0), (1.0, 30.0 + pixels, 40.0, 0.0, 1.0))
+    pan = ((0.0, 0.0, 0.0, 0.0, 1.0), (1.0, 0.0, float(pixels), 0.0, 1.0))
+    still = Scene(Layer("cat", 20.0, standing(30, 40)), length=2, size=(80, 60))
+    for scene in (
+        replace(still, target=Layer("cat", 20.0, path)),
+        replace(still, front=(Layer("car", 20.0, path),)),
+        replace(still, camera=pan),
+    ):
+        assert rendering._subframes(scene) == [needed] * 2
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_walk_starts_upright_and_in_its_own_size(seed):
+    start = spline(roaming(np.random.default_rng(seed)))(0)
+    assert start[2:] == pytest.approx([0, 1])
+
+
 @pytest.mark.parametrize("seed", range(10))
 def test_a_walk_starts_from_rest(seed):
     x, y = spline(roaming(np.random.default_rng(seed)))([-0.25, 0, 0.25])[:, :2].T
@@ -276,6 +300,16 @@ def test_the_background_moves_with_the_camera():
     scene = Scene(away, length=2, camera=pan, shutter=0.0, noise=0.0)
     before, after = scene.sequence().frames
     assert np.array_equal(after[:-7, 12:], before[7:, :-12])
+
+
+def test_all_turns_together_with_a_rolling_camera():
+    """A quarter of a turn: the picture is the first one, turned clockwise."""
+    roll = ((0.0, 0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0, np.pi / 2, 1.0))
+    layer = Layer("car", 40.0, standing(60, 35))
+    scene = Scene(layer, length=2, camera=roll, shutter=0, noise=0, size=(120, 120))
+    before, after = scene.sequence().frames
+    off = np.abs(after.astype(float) - np.rot90(before, -1))
+    assert before.std() > 20 and off.mean() < 0.5
 
 
 def test_what_is_in_front_is_painted_over_the_target_and_what_is_behind_is_not():
