@@ -96,6 +96,11 @@ def test_the_table_of_a_figure_is_what_its_function_returned(tmp_path):
     assert "# n_eff: " in text
 
 
+def test_what_is_not_a_number_is_an_empty_cell():
+    table = shown({"frame": [0, 1], "x [px]": [1.5, np.nan]})
+    assert export.as_csv(table, {}) == "frame,x [px]\n0,1.5\n1,\n"
+
+
 def test_facts_and_columns_are_read_by_name():
     shown = Shown(pd.DataFrame({"x": [1, 2]}), {"mean": 1.5})
     assert shown["mean"] == 1.5 and shown["x"].tolist() == [1, 2]

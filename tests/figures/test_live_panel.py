@@ -51,6 +51,14 @@ def test_a_figure_begins_with_what_it_needs(name):
     json.dumps(first, allow_nan=False)
 
 
+@pytest.mark.parametrize("name", LIVE)
+def test_the_controls_of_a_figure_begin_at_its_defaults(name):
+    begun = explore(name)
+    fields = begun.first[name]["fields"]
+    begun.moved = {slider: field["value"] for slider, field in fields.items()}
+    assert begun.values == FIGURES[name].defaults
+
+
 def test_values_are_as_the_function_takes_them(panel):
     assert panel.values == FIGURES["teuliere2009.fig3"].defaults
     panel.moved = {"layout": "2x2", "span": 1, "extent": 30.0}
