@@ -1,11 +1,14 @@
 """The figures of the four wishes show what the chapter says, and its table is whole."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from mkt.autoregression import learnt
 from mkt.experiments.shipped import WISHED, read_table, seeds_of
 from mkt.papers.lessons import wishes
-from mkt.scenes.drawn import HELD_BACK
+from mkt.scenes.drawn import HELD_BACK, TUNING
+from mkt.scenes.rendering import regions
 from mkt.scenes.varied import KINDS, Varied
 from tests.papers.drawing import numbers
 
@@ -46,6 +49,69 @@ def test_the_table_has_every_run():
 def test_every_wish_has_a_verdict(name):
     table = wishes.verdicts(name)
     assert len(table) >= 2 and not table["verdict"].str.startswith("(").all()
+
+
+def test_the_values_of_a_wish_come_in_the_order_of_the_seeds(monkeypatch):
+    """However the table is sorted: differences are of runs on the same scene."""
+    seeds = [1002, 1000, 1001]
+    rows = pd.DataFrame(
+        {"tracker": "a", "source": "light", "seed": seeds, "hits": seeds}
+    )
+    others = rows.assign(tracker="b", hits=0)[::-1]
+    monkeypatch.setattr(wishes, "runs", lambda: pd.concat([rows, others]))
+    told = []
+
+    def wish(value):
+        told.extend(value("light", name, "hits").tolist() for name in "ab")
+        return wishes.talking_helps(lambda *cell: np.zeros(3))
+
+    monkeypatch.setitem(wishes.WISHES, "toy", wish)
+    wishes.verdicts("toy")
+    assert told == [[1000, 1001, 1002], [0, 0, 0]]
+
+
+@pytest.mark.parametrize("wish", wishes.WISHES.values(), ids=wishes.WISHES)
+def test_a_wish_that_comes_true_is_a_gain(wish):
+    """All others are better than these; and of cameras those that talk are not lost."""
+    worse = "bhattacharyya", "ellipse", "by hand", "talking"
+    parts = wish(
+        lambda kind, label, number: np.array([not label.startswith(worse)]) * 1
+    )
+    assert parts and all(part.values == [1] and not part.below for part in parts)
+    assert any(not part.ours for part in parts)
+
+
+def test_hard_bins_are_the_same_ones_on_the_same_scenes():
+    hard = {("light", "110 bins"): 0.1, ("light", "930 bins"): 0.2}
+    hard["noise", "930 bins"] = 0.4
+
+    def value(kind, label, number):
+        name, bins = label.split(", ")
+        return hard[kind, bins] if name == "bhattacharyya" else 1.0
+
+    gains = {part.text: part.values for part in wishes.neighbours_help(value)}
+    assert len(gains) == 3 * 4
+    for text, gain in gains.items():
+        _, kind, bins = text.split(", ")
+        assert gain == pytest.approx(1 - hard[kind, bins])
+
+
+def test_the_camera_with_the_wall_counts_after_the_first_frame(monkeypatch):
+    """It has its target in half of the frames; the other one, in all of them."""
+    errors = np.zeros((41, 2))
+    errors[[0, *range(21, 41)], 0] = 2 * wishes.NEAR
+    monkeypatch.setattr(wishes, "exchanged", lambda *asked: {"errors": errors})
+    rows = wishes._exchange_rows(7)
+    assert [row["tracker"] for row in rows] == list(wishes.EXCHANGES)
+    assert all((row["hits"], row["lost"], row["seed"]) == (0.5, 1, 7) for row in rows)
+
+
+@pytest.mark.parametrize("kind", wishes.WAYS)
+def test_a_learnt_motion_has_four_times_the_noise_of_its_tracks(kind):
+    scenes = [Varied(kind, seed).scene() for seed in TUNING]
+    tracks = [regions(one, one.target, np.arange(one.length)) for one in scenes]
+    sigma = wishes.motions()[f"learnt on {kind}"].sigma
+    assert sigma == pytest.approx(4 * np.array(learnt(tracks).sigma), rel=1e-3)
 
 
 @pytest.mark.parametrize("kind", KINDS)
