@@ -175,13 +175,17 @@ def plot_track(
 
 
 def shade_frames(ax: Axes, times: ArrayLike, where: NDArray, **style: Any) -> None:
-    """Shade the frames (T,) in which a condition holds, from edge to edge."""
-    ax.fill_between(
-        times,
-        0,
-        1,
-        where=where,
-        step="mid",
+    """Shade the frames (T,) in which a condition holds, from edge to edge.
+
+    Each is as wide as the way from one frame to the next, one alone, too, and times
+    follow one another by 1.
+    """
+    first = np.asarray(times)[0]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]])))
+    spans = [(float(first + k) - 0.5, int(n - k)) for k, n in edges.reshape(-1, 2)]
+    ax.broken_barh(
+        spans,
+        (0, 1),
         transform=ax.get_xaxis_transform(),
         **{"color": "0.85", "lw": 0} | style,
     )

@@ -14,6 +14,7 @@ from mkt.plotting import (
     draw_histogram,
     draw_map,
     draw_region,
+    shade_frames,
 )
 
 # From its middle (50, 40) its right side is 20 px away, to the right and downwards.
@@ -79,3 +80,15 @@ def test_a_bin_of_one_colour_has_it_and_one_of_none_is_white():
 
     colors = np.array([to_rgb("#fc007e"), to_rgb("white")])
     assert bin_colors(Three())[1:] == pytest.approx(colors)
+
+
+def test_shaded_frames_are_shaded_from_half_before_to_half_after_them(ax):
+    shade_frames(ax, np.arange(2, 9), np.isin(np.arange(2, 9), (2, 4, 5, 8)))
+    (shade,) = ax.collections
+    spans = [path.get_extents().intervalx.tolist() for path in shade.get_paths()]
+    assert spans == [[1.5, 2.5], [3.5, 5.5], [7.5, 8.5]]
+
+
+def test_where_there_is_nothing_to_shade_nothing_is_shaded(ax):
+    shade_frames(ax, np.arange(3), np.zeros(3, bool))
+    assert not any(len(shade.get_paths()) for shade in ax.collections)

