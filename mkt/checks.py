@@ -130,6 +130,11 @@ def checked_region(region: ArrayLike) -> Region:
             f"the region {in_words(region)} is larger than any image; "
             "give its half axes hx and hy in pixels"
         )
+    if max(abs(region[:2])) > HUGE:
+        raise ValueError(
+            f"the region {in_words(region)} lies outside any image; "
+            "give its centre cx and cy in pixels"
+        )
     # The product too: that of tiny axes may be rounded to 0.
     if min(*region[HX:], region[HX] * region[HY]) <= 0:
         raise ValueError(

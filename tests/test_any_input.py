@@ -180,6 +180,7 @@ def test_regions_of_any_numbers(name, region):
         ([31, 23, 0, 0, 9], "has no area"),
         ([31, 23, 0, -12, -9], "has no area"),
         ([31, 23, 0, 12, 2e154], "larger than any image"),
+        ([31, -2e154, 0, 12, 9], "outside"),
         ([np.nan] * 5, "is not finite"),
         ([31, 23, np.nan, 12, 9], "is not finite"),
         ([31, 23, 12, 9], r"the shape \(..., 5\)"),
