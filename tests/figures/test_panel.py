@@ -296,3 +296,8 @@ def test_the_positions_in_the_page_keep_first_last_and_default(count, data, most
 def test_every_slider_of_the_book_stands_at_a_value_it_has(name):
     entry = FIGURES[name]
     assert all(entry.defaults[name] in entry.values(name) for name in entry.sliders)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_caption_has_no_marks_of_code_which_a_page_would_show(name):
+    assert "`" not in page.caption(FIGURES[name])
