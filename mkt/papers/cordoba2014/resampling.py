@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from mkt.experiments.timing import side_by_side
 from mkt.figures.registry import Shown, figure, shown
@@ -174,4 +175,5 @@ def _draw_costs(ax: Axes, costs: dict[str, pd.DataFrame], column: str) -> None:
         line = cost["particles"], cost[column], f"{marker}-"
         ax.loglog(*line, color=color, label=text)
     ax.set(xlabel="number of particles N", ylabel=column)
+    ax.xaxis.set_minor_formatter(NullFormatter())  # of few decades they overlap
     ax.legend(loc="upper left")
