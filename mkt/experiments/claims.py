@@ -16,7 +16,8 @@ names, and else *inconclusive*.  A claim stands only if all of its parts do: it 
 verdict of the worst of them, contradicted before inconclusive before tie.  Parts that
 the paper did not write (`ours`), and those that are true whatever happens, are shown
 but do not count.  The bounds stand beside the parts in the source, written before the
-runs, and no claim that fails is tuned away.
+runs, and no claim that fails is tuned away.  A part that was brought nearer to the
+paper's words later says so, and the former one stays beside it, as ours.
 
 The scenes are those of `mkt.scenes.drawn` for the seeds `SEEDS`, on which no parameter
 was chosen.  Trackers are compared on the same scenes, run by run.

@@ -70,8 +70,8 @@ def several_kernels_feel_a_rotation(runs: Runs) -> list[Part]:
     The curvature of the squared distance along the rotation, at the true place, for
     nine kernels over that for one, which is constant on the whole rectangle: its
     corners turn into the ground, on which the number depends.  A round kernel feels no
-    rotation, whatever it sees.  Five times is what we had asked for before the runs;
-    the paper says "faster".
+    rotation, whatever it sees.  Five times is what we had asked for before the runs.
+    The paper says "faster", so that more than once is asked since then.
     """
     ratios = np.array([_curvatures(seed) for seed in runs.seeds])
     over = "curvature, nine kernels over"
@@ -118,8 +118,8 @@ def ssd_is_accurate_but_fails_at_an_occlusion(runs: Runs) -> list[Part]:
     orientation right to 45 degrees.  "hidden" is the sequence of our figures 6 and 7.
     In "occlusion" a panel sweeps past, for longer or shorter than there; in three of
     the 32 scenes it leaves a tenth of the object to be seen.  What the occlusion does
-    is seen from the same scenes without what stands in front.  Ours: beside 500
-    particles, which fail at occlusions, too.
+    is seen from the same scenes without what stands in front.  Before the runs it was
+    to be seen beside 500 particles, which fail at occlusions, too: ours since then.
     """
     gain = runs("base", "ssd", "overlap") - runs("base", "pf-500", "overlap")
     parts = [Part("base: overlap, SSD minus 500 particles", gain, 0, margin=0.01)]
@@ -322,7 +322,8 @@ def prediction_saves_iterations(runs: Runs) -> list[Part]:
 
     Iterations in a frame: started at the filter's estimate, over started at the last
     estimate.  The combination leaves the optimiser out where its threshold says so,
-    which is where SSD needs most; only frames in which both run are counted.
+    which is where SSD needs most; only frames in which both run are counted, since a
+    first count took each over its own frames.
     """
     text = "iterations, combination over SSD"
     return [
