@@ -30,9 +30,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
+from joblib import Parallel, delayed
+from tqdm import tqdm
 
 from mkt.experiments.statistics import MEDIAN, Statistic, holm, interval, p_value
 from mkt.experiments.sweep import Job, sweep
+from mkt.experiments.timing import one_thread
 from mkt.registry import Registry, natural
 from mkt.scenes.drawn import HELD_BACK, drawn
 from mkt.trackers import by_name
@@ -219,6 +222,25 @@ def claim(name: str, printed: str, **needs: dict[str, Tracker]) -> Callable:
 def contenders(*names: str, **others: Tracker) -> dict[str, Tracker]:
     """Trackers for a claim, by their names, and others under labels of their own."""
     return {name: by_name.get(name) for name in names} | others
+
+
+def over_seeds(function: Callable[[int], Any], seeds: Sequence[int]) -> list[Any]:
+    """What a function returns for each seed, on all cores with one thread each.
+
+    Parameters
+    ----------
+    function : callable
+    seeds : sequence of int
+    """
+    done = Parallel(n_jobs=-1, return_as="generator")(
+        delayed(_alone)(function, seed) for seed in seeds
+    )
+    return list(tqdm(done, "seeds", len(seeds), unit="seed", disable=None))
+
+
+def _alone(function: Callable[[int], Any], seed: int) -> Any:
+    with one_thread():
+        return function(seed)
 
 
 def measure(

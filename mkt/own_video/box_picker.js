@@ -14,8 +14,8 @@ const GRIP = 8; // [px] on the screen round a corner, where a drag changes the s
 const HELP =
   "The first frame. Drag to draw the box; drag inside it to move " +
   "it (with Shift, to draw a new one there), at a corner to " +
-  ("change its size, elsewhere to draw anew. Arrow keys move it " +
-    "by a pixel; with Shift they change its width and height.");
+  "change its size, elsewhere to draw anew. Arrow keys move it " +
+  "by a pixel; with Shift they change its width and height.";
 
 const centre = ([x, y, w, h]) => [x + w / 2, y + h / 2];
 const moved = ([x, y, w, h, angle], dx, dy) => [x + dx, y + dy, w, h, angle];

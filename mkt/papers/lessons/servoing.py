@@ -204,8 +204,7 @@ def approach(
     where it should appear, black the paths of its corners, a dot for each frame.  Right
     above, the errors at the time, which the controller knows only after the delay, and
     dotted the exponentials that (17) promises; below, how fast the camera moves and how
-    fast it turns.  A loop that runs away is drawn as far as it
-    sees the car.
+    fast it turns.  A loop that runs away is drawn as far as it sees the car.
     """
     tried = Experiment(
         Servo(gain=gain, dt=1 / fps, delay=delay, dof=dof, filter=OFF),

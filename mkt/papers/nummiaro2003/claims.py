@@ -3,18 +3,15 @@
 The paper is by K. Nummiaro, E. Koller-Meier and L. Van Gool, 2003.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
-from tqdm import tqdm
 
 from mkt.colors import ColorBins
 from mkt.evaluation import HIT
-from mkt.experiments.claims import Part, Runs, claim
+from mkt.experiments.claims import Part, Runs, claim, over_seeds
 from mkt.experiments.statistics import PAIRS, SHARE
 from mkt.experiments.timing import milliseconds, one_thread
 from mkt.histograms import coefficient
@@ -42,22 +39,6 @@ TRIALS = 15  # of a timed step
 AFTER = 25  # frames in which the target must be found again
 AROUND = 8  # frames before and after a short pass within which the mode must stay
 NEAR = 30  # frames before and after the tree in which the student may be hidden
-
-
-def _over_seeds(function: Callable[[int], Any], seeds: Sequence[int]) -> list[Any]:
-    """What a function returns for each seed, on all cores with one thread each.
-
-    The runs themselves are kept on disk (`mkt.papers.runs`), so claims share them.
-    """
-    done = Parallel(n_jobs=-1, return_as="generator")(
-        delayed(_alone)(function, seed) for seed in seeds
-    )
-    return list(tqdm(done, function.__name__, len(seeds), unit="seed", disable=None))
-
-
-def _alone(function: Callable[[int], Any], seed: int) -> Any:
-    with one_thread():
-        return function(seed)
 
 
 def _share(text: str, values: ArrayLike, bound: float) -> Part:
@@ -145,7 +126,13 @@ def weighting_takes_the_time(runs: Runs) -> list[Part]:
         Part("time at N = 400 over N = 200", samples, DOUBLED, unit="x"),
         Part("time with sixteen times the area", pixels, DOUBLED**4, unit="x"),
         Part("time with 4,096 bins over 64", bins, 1, unit="x"),
-        Part("the area, on our grid", grid, DOUBLED**4, unit="x", ours=True),
+        Part(
+            "time with sixteen times the area, our fixed grid",
+            grid,
+            DOUBLED**4,
+            unit="x",
+            ours=True,
+        ),
     ]
 
 
@@ -206,7 +193,7 @@ def walks(seed: int) -> dict[str, dict[str, float]]:
 
 def _walked(seeds: Sequence[int]) -> dict[str, pd.DataFrame]:
     """A table for each of `WALKERS`, with a row for each seed."""
-    rows = _over_seeds(walks, seeds)
+    rows = over_seeds(walks, seeds)
     return {name: pd.DataFrame([row[name] for row in rows]) for name in WALKERS}
 
 
@@ -266,7 +253,7 @@ def the_update_estimates_the_scale_better(runs: Runs) -> list[Part]:
     lost the van has a size too, and that counts.  The last line is ours: when the scale
     alone changes, the model has nothing to learn, and forgets its own size.
     """
-    rows = _over_seeds(drives, runs.seeds)
+    rows = over_seeds(drives, runs.seeds)
 
     def gains(look: str, number: str) -> Array:
         learning, still = (
@@ -316,7 +303,7 @@ def the_condition_rejects_the_background(runs: Runs) -> list[Part]:
     which mu and sigma come, and on as many others at random.  A normal distribution
     would give 97.7 %.
     """
-    shares = pd.DataFrame(_over_seeds(rejection, runs.seeds))
+    shares = pd.DataFrame(over_seeds(rejection, runs.seeds))
     return [
         Part(f"share rejected, {where}", shares[where].to_numpy(), 0.95)
         for where in ("same positions", "others")

@@ -1,17 +1,16 @@
 """The claims of [T09]: C. Teulière, E. Marchand, L. Eck, ICRA 2009."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 
 from mkt.colors import ColorBins
 from mkt.evaluation import evaluate
-from mkt.experiments.claims import Part, Runs, claim, contenders
+from mkt.experiments.claims import Part, Runs, claim, contenders, over_seeds
 from mkt.experiments.statistics import MEAN, PAIRS, SHARE
 from mkt.experiments.timing import one_thread, side_by_side
 from mkt.histograms import learn
@@ -125,12 +124,11 @@ def ssd_is_accurate_but_fails_at_an_occlusion(runs: Runs) -> list[Part]:
     parts = [Part("base: overlap, SSD minus 500 particles", gain, 0, margin=0.01)]
     for kind in OCCLUDED:
         ssd, pf = (runs(kind, name, "failed") for name in ("ssd", "pf-500"))
+        in_view = over_seeds(partial(_fails_in_view, kind), runs.seeds)
         more = f"{kind}: that share minus the one"
         parts += [
             _share(f"{kind}: share of runs in which SSD fails", ssd, 0.5),
-            _pairs(
-                f"{more} without occlusion", ssd - _over(runs, _fails_in_view, kind)
-            ),
+            _pairs(f"{more} without occlusion", ssd - in_view),
             _pairs(f"{more} of 500 particles", ssd - pf, ours=True),
         ]
     return parts
@@ -141,12 +139,6 @@ def _fails_in_view(kind: str, seed: int) -> float:
     scene = replace(drawn(kind, seed).scene(), front=())
     clip = scene.sequence(kind)
     return evaluate(track(by_name.get("ssd"), clip, seed), clip)["failed"]
-
-
-def _over(runs: Runs, function: Callable[[str, int], float], kind: str) -> Array:
-    """What a function says of the scenes of a kind, (n,)."""
-    every = (delayed(function)(kind, seed) for seed in runs.seeds)
-    return np.array(Parallel(n_jobs=-1)(every))
 
 
 @claim(
@@ -325,10 +317,13 @@ def prediction_saves_iterations(runs: Runs) -> list[Part]:
     which is where SSD needs most; only frames in which both run are counted, since a
     first count took each over its own frames.
     """
-    text = "iterations, combination over SSD"
-    return [
-        Part(f"{kind}: {text}", _over(runs, _iterations, kind), 1, below=True)
+    ratios = {
+        kind: np.array(over_seeds(partial(_iterations, kind), runs.seeds))
         for kind in ("base", "blur")
+    }
+    return [
+        Part(f"{kind}: iterations, combination over SSD", ratio, 1, below=True)
+        for kind, ratio in ratios.items()
     ]
 
 
@@ -376,8 +371,7 @@ def the_self_motion_is_compensated(runs: Runs) -> list[Part]:
     fifth and 5 % are what we ask.  In steady motion: between 2.4 s after a change of
     the velocity and the next; after a reversal: for one second.
     """
-    rows = Parallel(n_jobs=-1)(delayed(_followed)(seed) for seed in runs.seeds)
-    hands = pd.DataFrame(rows)
+    hands = pd.DataFrame(over_seeds(_followed, runs.seeds))
     without = "over no compensation"
     peak = "filter: largest error after a reversal over RMS in steady motion"
     right = "share of steady frames in which the estimate's sign is right"
