@@ -1,6 +1,7 @@
 """How the code is written: ruff and basedpyright find nothing, no function is long."""
 
 import ast
+import re
 import statistics
 import subprocess
 import sysconfig
@@ -49,6 +50,20 @@ def test_what_the_tools_do_not_read_has_short_lines_too(kind):
         lines = path.read_text(encoding="utf-8").splitlines()
         long = [n for n, line in enumerate(lines, 1) if len(line) > COLUMNS]
         assert not long, f"{path.name}:{long[0]}"
+
+
+@pytest.mark.parametrize("path", sorted(ROOT.glob("*.md")), ids=lambda path: path.name)
+def test_sentences_fit_a_screen(path):
+    """Tables and code do not bend, nor do names and addresses."""
+    text = re.sub(r"^```.*?^```", "", path.read_text("utf-8"), flags=re.M | re.S)
+    text = re.sub(r"`[^`]+`", lambda code: code[0].replace(" ", "_"), text)
+    long = [
+        line
+        for line in text.splitlines()
+        if len(line) > COLUMNS and not line.startswith(("|", "    "))
+        if " " in line.strip()[2:]
+    ]
+    assert long == []
 
 
 def bodies():

@@ -94,6 +94,7 @@ def bin_images(
         ax.set_title(f"{name}:\n{low:.2f} to {high:.2f}")
         ax.invert_yaxis()
         ax.set_yticks([-40, 0, 40] if ax is axes[1] else [])
+    axes[1].set_ylabel("y [px]", labelpad=-8)
     show_frame(axes[0], frame, look)
     draw_region(axes[0], region)
     columns = dict(zip(("colours", "edges", "both"), surfaces.values(), strict=True))

@@ -165,8 +165,9 @@ def silhouettes(
         d2 = learnt.distances(ColorBins()(later), displaced(there, REACH)) ** 2
         axes[3].plot(REACH, d2 / d2.max(), color=color, label=name)
         curves[name] = d2
-    axes[3].set(xlabel="x [px]", title="$d^2$ over its largest", ylim=(0, 1.05))
-    axes[3].legend(fontsize=8)
+    axes[3].set(xlabel="x [px]", title="$d^2$ over its largest", ylim=(0, 1.4))
+    axes[3].set_yticks(np.linspace(0, 1, 6))
+    axes[3].legend(fontsize=8, loc="upper center", ncols=2)  # above the curves
     means = _draw_means(axes[4], {n: ("cut-out", n) for n in kernels}, "overlap")
     axes[4].yaxis.tick_right()
     axes[4].set_xlabel("overlap, 32 scenes")
