@@ -1,5 +1,6 @@
 // own.resampling, live: darts on the bar of weights, under four schemes.
 
+import { thrown } from "./darts.js";
 import {
   effectiveSampleSize,
   logLikelihood,
@@ -52,26 +53,8 @@ class Resampling {
     if (this.known !== known)
       this.spreads = Object.keys(SCHEMES).map((each) => spread(each, this.w));
     this.known = known;
-    this.throw(scheme, n, drawn);
+    Object.assign(this, thrown(scheme, this.w, drawn));
     this.draw();
-  }
-
-  // The shares of the bar and the darts on it; of residual, what rounding left over.
-  throw(scheme, n, drawn) {
-    const places = {
-      multinomial: (i) => drawn[i],
-      stratified: (i) => (i + drawn[i]) / n,
-      systematic: (i) => (i + drawn[0]) / n,
-      residual: (i) => drawn[i],
-    }[scheme];
-    const certain = this.w.map((w) =>
-      scheme === "residual" ? Math.floor(n * w + 1e-9) : 0,
-    );
-    const left = this.w.map((w, i) => Math.max(n * w - certain[i], 0));
-    const sum = left.reduce((a, b) => a + b, 0);
-    this.shares = left.map((each) => each / Math.max(sum, 1e-9));
-    const many = n - certain.reduce((a, b) => a + b, 0);
-    this.darts = Array.from({ length: many }, (_, i) => places(i));
   }
 
   draw() {

@@ -8,6 +8,7 @@ from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import cv2
+import matplotlib
 import numpy as np
 import pytest
 
@@ -164,6 +165,42 @@ def test_hands_and_keys_move_figure_3_and_the_link_follows(opened):
     assert said(panel)[1] < dragged[1]
     panel.locator(".mkt-reset").click()
     assert said(panel) == at_rest
+
+
+PIXEL = """(canvas, [x, turn]) => {
+  const [w, h] = [canvas.clientWidth - 44, canvas.clientHeight - 62];
+  const [u, v] = [38 + (w * (x + 20)) / 40, 22 + (h * (60 - turn)) / 120];
+  const sharp = canvas.width / canvas.clientWidth;
+  const at = [u, v].map((each) => Math.round(each * sharp));
+  return [...canvas.getContext("2d").getImageData(...at, 1, 1).data];
+}"""
+
+
+def test_the_maps_of_figure_3_show_the_distance_where_it_is(opened):
+    """Their colours: neither mirrored nor turned over."""
+    panel = ready(opened(SURFACES, "#fig3?item=hopper&x=0&rotation=0"))
+    places = [(x, turn) for x in (-18, 18) for turn in (-32, 32)]
+    expected = np.array(
+        [wanted(item="hopper", x=x, rotation=turn) for x, turn in places]
+    ).T
+    # Or a map that is mirrored or turned over would look the same.
+    assert np.abs(expected[1] - expected[1, [1, 0, 3, 2]]).max() > 0.05
+    assert np.abs(expected[1] - expected[1, [2, 3, 0, 1]]).max() > 0.05
+    colors = matplotlib.colormaps["viridis"](np.arange(256))[:, :3] * 255
+
+    def shown(k):
+        pixels = [
+            panel.locator("canvas").nth(1 + k).evaluate(PIXEL, at) for at in places
+        ]
+        off = np.abs(np.array(pixels)[:, None, :3] - colors).sum(-1)
+        return 0.9 * off.argmin(-1) / 255
+
+    for _ in range(PATIENCE):  # until every cell is computed
+        off = np.abs([shown(k) for k in (0, 1)] - expected).max()
+        if off < 0.02:
+            break
+        panel.page.wait_for_timeout(200)
+    assert off < 0.02
 
 
 def test_what_is_saved_is_what_is_shown(opened, tmp_path):
