@@ -83,11 +83,16 @@ def counts(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray:
     result = np.empty((len(regions), len(kernels.weights), image.m), np.float32)
     for part, labels in _chunks(image, kernels, regions):
         count(labels, kernels, result[part])
+    return _voted(result, image, regions)
+
+
+def _voted(counts: NDArray, image: BinImage, places: Array) -> NDArray:
+    """Counts (N, ..., m), each bin times its share, directions turned, in place."""
     if image.shares is not None:
-        result *= image.shares
+        counts *= image.shares
     for compass in image.compasses:
-        turned(result, angles(regions), compass)
-    return result
+        turned(counts, angles(places), compass)
+    return counts
 
 
 def _check(image: BinImage, kernels: Kernels) -> None:
@@ -187,11 +192,7 @@ def mixed_histograms(
         entries = (np.tile(weights[part], layers).ravel(), indices, starts)
         table = csr_matrix(entries, (k, image.m + 1)).toarray()
         result[part] = table[:, : image.m]
-    if image.shares is not None:
-        result *= image.shares
-    for compass in image.compasses:
-        turned(result, angles(regions), compass)
-    return normalised(result)
+    return normalised(_voted(result, image, regions))
 
 
 def normalised(counts: NDArray) -> NDArray:
