@@ -66,11 +66,16 @@ def shares(specification: Any, *fields: str) -> None:
             raise ValueError(f"{field} is {value:g}; a share lies between 0 and 1")
 
 
+def is_whole(value: Any, least: int) -> bool:
+    """Whether this is a whole number, Python's or numpy's, from `least` on."""
+    return isinstance(value, int | np.integer) and bool(value >= least)
+
+
 def counts(specification: Any, *fields: str, least: int = 1) -> None:
     """Refuse a field that is not a whole number from `least` to `MOST`."""
     for field in fields:
         value = getattr(specification, field)
-        if not (isinstance(value, int | np.integer) and least <= value <= MOST):
+        if not (is_whole(value, least) and value <= MOST):
             raise ValueError(
                 f"{field} is {value!r}; it must be a whole number, at least {least} "
                 f"and at most {MOST}"

@@ -72,7 +72,7 @@ class BinImage:
         for labels in self.layers:
             self._check(labels)
         checks.counts(self, "m")
-        if not (isinstance(self.pitch, int | np.integer) and self.pitch >= 1):
+        if not checks.is_whole(self.pitch, 1):
             raise ValueError(f"pitch is {self.pitch}; it must be whole, at least 1 px")
         if self.shares is not None and np.shape(self.shares) != (self.m,):
             raise ValueError(
@@ -141,7 +141,7 @@ def label_type(m: int) -> type:
 def _check_counts(counts: Any, needed: int, who: str) -> None:
     """Refuse what does not say how many bins each channel has."""
     whole = isinstance(counts, tuple) and all(
-        isinstance(count, int | np.integer) and 1 <= count <= 64 for count in counts
+        checks.is_whole(count, 1) and count <= 64 for count in counts
     )
     if not whole or len(counts) != needed:
         raise ValueError(

@@ -93,13 +93,12 @@ class Scene:
         checks.positive(self, "zoom", "focal")
         checks.not_negative(self, "noise")
         check_points(self, camera=5, light=4)
-        whole = int | np.integer
-        if not (isinstance(self.seed, whole) and self.seed >= 0):
+        if not checks.is_whole(self.seed, 0):
             raise ValueError(
                 f"seed is {self.seed!r}; it must be a whole number, at least 0"
             )
         sides = self.size if isinstance(self.size, tuple) else ()
-        if len(sides) != 2 or not all(isinstance(n, whole) and n >= 1 for n in sides):
+        if len(sides) != 2 or not all(checks.is_whole(n, 1) for n in sides):
             raise ValueError(
                 f"size is {self.size}; it must be two whole numbers, each at least 1"
             )

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mkt.checks import is_whole
 from mkt.regions import HX, area
 from mkt.servoing import law
 from mkt.servoing.features import PERIODS, Camera, error, features, interaction_matrix
@@ -126,8 +127,8 @@ class Servo:
             ("filter", isinstance(self.filter, Kalman), "a Kalman filter"),
             ("dof", self.dof in law.AXES, "6 or 4"),
             ("angle", self.angle in PERIODS, "theta or alpha"),
-            ("delay", _is_whole(self.delay, 0), "a whole number of frames, from 0 on"),
-            ("patience", _is_whole(self.patience, 1), "a whole number, from 1 on"),
+            ("delay", is_whole(self.delay, 0), "a whole number of frames, from 0 on"),
+            ("patience", is_whole(self.patience, 1), "a whole number, from 1 on"),
         ):
             if not possible:
                 raise ValueError(
@@ -199,10 +200,6 @@ def _has_area(region: ArrayLike) -> bool:
 
 def _is_gain(gain: law.Gain) -> bool:
     return callable(gain) or 0 <= gain < np.inf
-
-
-def _is_whole(number: int, least: int) -> bool:
-    return isinstance(number, int | np.integer) and number >= least
 
 
 def _unknown() -> Array:
