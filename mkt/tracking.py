@@ -13,7 +13,7 @@ A `Sequence` is used in notebook 03.
 import reprlib
 from collections.abc import Callable, Iterator
 from collections.abc import Sequence as Series
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any, NamedTuple, Protocol
 
@@ -93,6 +93,12 @@ class Sequence:
 
     def __len__(self) -> int:
         return len(self.frames)
+
+    def part(self, chosen: slice) -> "Sequence":
+        """Some of its frames, with what is known about the target in them."""
+        frames, truth = self.frames[chosen], self.truth[chosen]
+        visibility = self.visibility[chosen]
+        return replace(self, frames=frames, truth=truth, visibility=visibility)
 
 
 class Source(Protocol):

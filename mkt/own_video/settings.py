@@ -126,16 +126,11 @@ class Settings:
                 f"every {self.every}-th frame: of {self.first} to {end - 1} that is "
                 "one alone; choose a smaller number (--every)"
             )
-        part = slice(self.first, end, self.every)
-        frames, truth = clip.frames[part], clip.truth[part].copy()
-        truth[0] = region_of(self.box, frames[0])
-        return replace(
-            clip,
-            frames=frames,
-            truth=truth,
-            visibility=clip.visibility[part],
-            fps=clip.fps / min(self.every, len(clip)),  # no float is beyond 1e308
-        )
+        fps = clip.fps / min(self.every, len(clip))  # no float is beyond 1e308
+        part = clip.part(slice(self.first, end, self.every))
+        truth = part.truth.copy()
+        truth[0] = region_of(self.box, part.frames[0])
+        return replace(part, truth=truth, fps=fps)
 
     def save(self, path: Path) -> None:
         """Write the settings as JSON, with the versions that have just been used.

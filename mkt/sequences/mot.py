@@ -6,7 +6,6 @@ without a visibility.  Frames and pixels are counted from `FIRST`.
 
 import operator
 import os
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -123,12 +122,7 @@ def mot_part(folder: str | os.PathLike, target: int) -> tuple[Sequence, int]:
             f"the target {target} is never visible",
             "choose another one",
         )
-    part = slice(seen[0], seen[-1] + 1)
-    frames, truth, visibility = (
-        whole[part] for whole in (clip.frames, clip.truth, clip.visibility)
-    )
-    clip = replace(clip, frames=frames, truth=truth, visibility=visibility)
-    return clip, int(seen[0])
+    return clip.part(slice(seen[0], seen[-1] + 1)), int(seen[0])
 
 
 def frame_index(rows: Rows, numbers: Array, length: int) -> NDArray:

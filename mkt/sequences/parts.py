@@ -10,7 +10,7 @@ are still taken over whole sequences (`mkt.experiments.leaderboard`).
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -58,13 +58,7 @@ class Part:
             As `mkt.sequences.benchmarks.Found.sequence` does.
         """
         clip, end = self.found.sequence(), self.start + LONGEST * self.way
-        part = slice(self.start, None if end < 0 else end, self.way)
-        return replace(
-            clip,
-            frames=clip.frames[part],
-            truth=clip.truth[part],
-            visibility=clip.visibility[part],
-        )
+        return clip.part(slice(self.start, None if end < 0 else end, self.way))
 
 
 def parts(found: Found, n: int) -> list[Part]:

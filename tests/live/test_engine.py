@@ -1,7 +1,6 @@
 """The engine of the pages says what Python says."""
 
 import base64
-from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -259,14 +258,7 @@ const row = ({ region, distance, nEff = 0, lost, steps = 0 }) =>
 @pytest.fixture(scope="module")
 def behind_the_wall():
     """The scene of figure 6, from shortly before the wall until the car is out."""
-    clip = hidden(0, first=12, frames=5).sequence()
-    kept = slice(0, 24)
-    return replace(
-        clip,
-        frames=[clip.frames[k] for k in range(24)],
-        truth=clip.truth[kept],
-        visibility=clip.visibility[kept],
-    )
+    return hidden(0, first=12, frames=5).sequence().part(slice(24))
 
 
 FILM = """

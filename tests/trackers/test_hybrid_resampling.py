@@ -37,16 +37,6 @@ def kept(scene):
     return replace(clip, frames=list(clip.frames))
 
 
-def beginning(clip, length):
-    """The first frames of a sequence."""
-    return replace(
-        clip,
-        frames=clip.frames[:length],
-        truth=clip.truth[:length],
-        visibility=clip.visibility[:length],
-    )
-
-
 @pytest.fixture(scope="module")
 def wall():
     return kept(behind_a_wall())
@@ -182,7 +172,7 @@ def test_fresh_never_keeps_the_worse_place():
 
 
 def test_the_same_seed_gives_the_same_run(wall):
-    clip = beginning(wall, 12)
+    clip = wall.part(slice(12))
     one, two, other = (track(PFHR, clip, seed).regions for seed in (3, 3, 4))
     np.testing.assert_array_equal(one, two)
     assert (one[-1] != other[-1]).any()
@@ -190,7 +180,7 @@ def test_the_same_seed_gives_the_same_run(wall):
 
 @pytest.mark.parametrize("name", ["sir", "pfhr"])
 def test_boxes_stay_upright_and_keep_their_aspect(name, wall):
-    regions = track(TRACKERS[name], beginning(wall, 15)).regions
+    regions = track(TRACKERS[name], wall.part(slice(15))).regions
     np.testing.assert_allclose(regions[:, 2], 0, atol=1e-12)
     aspect = regions[:, 3] / regions[:, 4]
     np.testing.assert_allclose(aspect, aspect[0])
@@ -236,7 +226,7 @@ def test_an_object_that_shows_another_side_is_waited_for_where_it_was():
 @pytest.mark.parametrize("accept, times", [("always", 1), ("paper", 1), ("fresh", 2)])
 def test_the_cost_counts_every_look_at_a_region(accept, times, wall):
     """Two more are the estimate and the heaviest particle."""
-    run = track(replace(PFHR, accept=accept), beginning(wall, 5))
+    run = track(replace(PFHR, accept=accept), wall.part(slice(5)))
     assert (run.info["evaluations"][1:] == times * PFHR.n + 2).all()
 
 
