@@ -232,19 +232,20 @@ def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
         "hits": true_positives(every),
         "hits_of_all": true_positives(every, hidden=True),
         "area": np.mean(success(every)),
-        "position": _mean(off.position[given]),
-        "orientation": _mean(degrees[given]),
-        "scale": _mean(np.abs(off.scale[given])),
-        "shrunk": _mean(np.exp(2 * off.scale[given]) < SHRUNK),
+        "position": mean_of(off.position[given]),
+        "orientation": mean_of(degrees[given]),
+        "scale": mean_of(np.abs(off.scale[given])),
+        "shrunk": mean_of(np.exp(2 * off.scale[given]) < SHRUNK),
         "lost": not hit[-LAST:].any(),
         "failed": not right[-LAST:].any(),
-        "silent": _mean(~said[~hit]),
-        "false_alarms": _mean(said[hit]),
+        "silent": mean_of(~said[~hit]),
+        "false_alarms": mean_of(said[hit]),
     }
     return {name: float(value) for name, value in numbers.items()}
 
 
-def _mean(values: NDArray) -> float:
+def mean_of(values: NDArray) -> float:
+    """The mean of values (n,), NaN where there are none."""
     return float(np.mean(values)) if len(values) else np.nan
 
 

@@ -31,7 +31,7 @@ from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from mkt import evaluation
-from mkt.evaluation import JUDGED, evaluate
+from mkt.evaluation import JUDGED, evaluate, mean_of
 from mkt.experiments import cache, dependencies
 from mkt.experiments.timing import Clocked, one_thread
 from mkt.files import DataError, whole
@@ -154,12 +154,7 @@ def _effort(result: Track) -> dict[str, float]:
     """The effort of a track, which is the same on any machine."""
     nothing = np.empty(0)
     looked, steps = (result.info.get(name, nothing) for name in EFFORT)
-    return {"evaluations": _mean(looked[1:]), "steps": _mean(steps[steps > 0])}
-
-
-def _mean(numbers: np.ndarray) -> float:
-    """The mean, NaN of nothing."""
-    return float(np.mean(numbers)) if len(numbers) else np.nan
+    return {"evaluations": mean_of(looked[1:]), "steps": mean_of(steps[steps > 0])}
 
 
 def _known(job: Job, source: str) -> dict[str, Any] | None:
