@@ -184,7 +184,7 @@ class HybridResampling:
         regions, weights = self.accepted(state, image, predicted, likelihoods, rng)
         total = weights.sum()  # 0 where all are too small to be written down
         weights = weights / total if total > 0 else self._equal_weights()
-        hidden = self.is_hidden(state, weights, likelihoods)
+        hidden = self.is_hidden(weights, likelihoods)
         looked = self._cost(state, hidden)
         if hidden:
             state, shares = self._waited(state, predicted), NOTHING_LEARNT
@@ -289,7 +289,7 @@ class HybridResampling:
         regions = np.where(better[:, None], predicted, state.regions)
         return regions, np.where(better, likelihoods, old)
 
-    def is_hidden(self, state: HybridState, weights: Array, likelihoods: Array) -> bool:
+    def is_hidden(self, weights: Array, likelihoods: Array) -> bool:
         """Whether the target is taken for hidden, see `occlusion`."""
         if self.occlusion == "likelihood":
             return bool(likelihoods.max() < self.level)

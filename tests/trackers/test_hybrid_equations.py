@@ -156,13 +156,13 @@ def test_metropolis_keeps_worse_places_as_often_as_their_ratio():
 
 def test_the_level_alone_decides_what_is_hidden():
     tracker = replace(STILL, level=0.1)
-    state, equal = began(), np.full(40, 1 / 40)
-    assert tracker.is_hidden(state, equal, np.full(40, 0.099))
-    assert not tracker.is_hidden(state, equal, np.r_[np.zeros(39), 0.1])
+    equal = np.full(40, 1 / 40)
+    assert tracker.is_hidden(equal, np.full(40, 0.099))
+    assert not tracker.is_hidden(equal, np.r_[np.zeros(39), 0.1])
     printed = replace(tracker, occlusion="n_eff", n_lim=0.5)
-    assert not printed.is_hidden(state, equal, np.zeros(40))
+    assert not printed.is_hidden(equal, np.zeros(40))
     alone = np.r_[1.0, np.zeros(39)]
-    assert printed.is_hidden(state, alone, np.ones(40))
+    assert printed.is_hidden(alone, np.ones(40))
 
 
 def test_the_defaults_that_are_printed():
