@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from mkt import checks
+from mkt.colors import HUES
 from mkt.scenes.paths import STILL, Path, check_points, joined
 from mkt.scenes.textures import resized, texture
 from mkt.types import Array, Frame, NDArray
@@ -124,7 +125,7 @@ def _prepared(layer: Layer) -> NDArray:
 def _recoloured(rgb: Frame, degrees: float) -> Frame:
     hsv = cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV)
     hues = hsv[..., 0].astype(int)  # in uint8 the sum would overflow
-    hsv[..., 0] = (hues + round(degrees / 2)) % 180
+    hsv[..., 0] = (hues + round(degrees / 2)) % HUES
     return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
 
 

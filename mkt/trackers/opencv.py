@@ -24,6 +24,7 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import checked_frame, checked_region, finite, in_words
+from mkt.colors import HUES
 from mkt.regions import HX, HY, THETA, corners, from_box, to_box
 from mkt.tracking import Info, report
 from mkt.types import Frame, NDArray, Region, Rng
@@ -175,7 +176,7 @@ class MeanShift:
         inside = np.zeros(frame.shape[:2], np.uint8)
         cv2.fillConvexPoly(inside, outline, 255)
         mask = inside & self._colorful(hsv)
-        hues = cv2.calcHist([hsv], [0], mask, [self.bins], [0, 180]).ravel()
+        hues = cv2.calcHist([hsv], [0], mask, [self.bins], [0, HUES]).ravel()
         if not hues.any():
             raise ValueError(
                 "the box has no colourful pixel, but MeanShift and CamShift go by hue; "
@@ -213,11 +214,11 @@ class MeanShift:
     def _projection(self, frame: Frame, hues: NDArray) -> NDArray:
         """How probable the hue of each pixel is, (H, W) uint8, 0 where it has none."""
         hsv = cv2.cvtColor(frame, cv2.COLOR_RGB2HSV)
-        probable = cv2.calcBackProject([hsv], [0], hues, [0, 180], 1)
+        probable = cv2.calcBackProject([hsv], [0], hues, [0, HUES], 1)
         return probable & self._colorful(hsv)
 
     def _colorful(self, hsv: NDArray) -> NDArray:
-        return cv2.inRange(hsv, (0, self.s_min, self.v_min), (180, 255, 255))
+        return cv2.inRange(hsv, (0, self.s_min, self.v_min), (HUES, 255, 255))
 
 
 @dataclass(frozen=True)
