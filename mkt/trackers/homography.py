@@ -25,7 +25,7 @@ Explained in notebook 16.
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -262,8 +262,9 @@ class PlaneSSD:
         """Minimise from the last estimate."""
         image = self.bins(frame)
         homography, d, steps = self.refine(state, image, state.homography)
-        info = plane_report(state, homography, d, d > self.lost_above, steps)
-        return state._replace(homography=homography), info | {"steps": steps}
+        lost = d > self.lost_above
+        info = plane_report(state, homography, d, lost, steps, steps=steps)
+        return state._replace(homography=homography), info
 
     def refine(
         self, state: PlaneState, image: BinImage, start: Array
@@ -293,9 +294,14 @@ class PlaneSSD:
 
 
 def plane_report(
-    state: PlaneState, homography: Array, d: float, lost: bool, evaluations: float
+    state: PlaneState,
+    homography: Array,
+    d: float,
+    lost: bool,
+    evaluations: float,
+    **more: Any,
 ) -> Info:
-    """The info of a step that found a homography."""
-    aspect = state.targets[0].kernels.half_sides
-    region = as_region(homography, aspect[0] / aspect[1])
-    return report(region, d, lost, evaluations, homography=homography)
+    """The info of a step that found a homography, see `mkt.tracking.report`."""
+    half_width, half_height = state.targets[0].kernels.half_sides
+    region = as_region(homography, half_width / half_height)
+    return report(region, d, lost, evaluations, homography=homography, **more)

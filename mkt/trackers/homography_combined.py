@@ -97,9 +97,8 @@ class PlaneCombined:
         if not lost:
             estimate, d, steps = self.ssd.refine(ssd, image, estimate)
             lost = d > self.ssd.lost_above
-        info = plane_report(ssd, estimate, d, lost, self.n + 1 + steps)
-        more = {"steps": steps, "n_eff": effective_sample_size(weights)}
+        cost, n_eff = self.n + 1 + steps, effective_sample_size(weights)
+        info = plane_report(ssd, estimate, d, lost, cost, steps=steps, n_eff=n_eff)
         kept = offsets[systematic(weights, rng)] - mean
-        return PlaneCombinedState(
-            ssd._replace(homography=estimate), target, kept
-        ), info | more
+        ssd = ssd._replace(homography=estimate)
+        return PlaneCombinedState(ssd, target, kept), info
