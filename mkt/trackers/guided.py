@@ -80,6 +80,7 @@ from mkt.types import Array, Frame, NDArray, Region, Rng
 
 FULL_GRID = 4800  # samples of a region whose cost counts as one evaluation
 MEMORY = 0.9  # of the surprise, for one frame
+FADING = 0.9  # share of the velocity that outlives a hidden frame
 COLORS = ColorBins()  # of the light
 
 
@@ -266,7 +267,7 @@ class Guided:
         if sure:
             light = followed(light, frame, known)
         missed = 0 if d <= self.doubtful else state.missed + 1
-        region = _drifted(state, 0.9) if hidden else known
+        region = _drifted(state, FADING) if hidden else known
         velocity = _velocity(state, region, hidden, missed)
         weights = likeness / likeness.sum()
         said = region if hidden else self._said(state, frame, region, turned)
@@ -414,7 +415,7 @@ def _velocity(state: GuidedState, region: Region, hidden: bool, missed: int) -> 
     A jump to a look-alike, or back from one, is no movement of the target.
     """
     if hidden:
-        return 0.9 * state.velocity
+        return FADING * state.velocity
     if missed or state.missed:
         return state.velocity
     return 0.5 * state.velocity + 0.5 * (region[:2] - state.region[:2])
