@@ -31,7 +31,7 @@ def _seeds(seeds: Sequence[int]) -> str:
 def _block(result: Result) -> str:
     claim = result.claim
     lines = sorted(result.lines, key=lambda line: line.part.ours)
-    table = tabulate([_cells(line) for line in lines], tablefmt="plain")
+    table = tabulate([row_of(line).values() for line in lines], tablefmt="plain")
     return "\n".join(
         [
             f"{claim.name}  {result.verdict.upper()}: {claim.sentence}",
@@ -41,9 +41,15 @@ def _block(result: Result) -> str:
     )
 
 
-def _cells(line: Line) -> tuple[str, ...]:
+def row_of(line: Line) -> dict[str, str]:
+    """What a table says of a line.
+
+    That is what was measured, what is asked of it (our bound), the value here with its
+    95 % interval, and the verdict, in parentheses where it is ours or cannot fail.
+    """
     verdict = f"({line.verdict})" if line.part.ours else line.verdict
-    return line.part.text, line.condition, measured(line), verdict
+    here = {"here": measured(line), "verdict": verdict}
+    return {"measured": line.part.text, "asked": line.condition} | here
 
 
 def measured(line: Line) -> str:

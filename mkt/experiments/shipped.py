@@ -23,7 +23,7 @@ import pandas as pd
 
 from mkt.experiments import dependencies
 from mkt.experiments.claims import CLAIMS, Measured, Part, judge
-from mkt.experiments.claims_as_text import measured as measured_as_text
+from mkt.experiments.claims_as_text import row_of
 from mkt.experiments.statistics import STATISTICS
 from mkt.experiments.sweep import NUMBERS
 from mkt.files import DATA, PACKAGE, DataError, whole
@@ -249,9 +249,8 @@ def verdicts(*names: str) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns claim, measured, asked (our bound), here (the value with its 95 %
-        interval) and verdict, all as text; what is ours, or cannot fail, has its
-        verdict in parentheses.
+        Columns claim, measured, asked, here and verdict, all as text: see
+        `mkt.experiments.claims_as_text.row_of`.
 
     Raises
     ------
@@ -259,13 +258,7 @@ def verdicts(*names: str) -> pd.DataFrame:
         For an unknown name; DataError where the numbers cannot be read.
     """
     rows = [
-        {
-            "claim": result.claim.name,
-            "measured": line.part.text,
-            "asked": line.condition,
-            "here": measured_as_text(line),
-            "verdict": f"({line.verdict})" if line.part.ours else line.verdict,
-        }
+        {"claim": result.claim.name} | row_of(line)
         for result in map(judge, claimed(names))
         for line in result.lines
     ]

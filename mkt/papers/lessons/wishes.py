@@ -30,7 +30,7 @@ from mkt.autoregression import AutoRegression, learnt
 from mkt.colors import ColorBins
 from mkt.evaluation import LAST
 from mkt.experiments.claims import Claim, Measured, Part, judge
-from mkt.experiments.claims_as_text import measured as as_text
+from mkt.experiments.claims_as_text import row_of
 from mkt.experiments.shipped import WISHED, read_table, write_runs
 from mkt.experiments.statistics import MEAN, PAIRS, Statistic
 from mkt.experiments.sweep import Job, sweep
@@ -261,7 +261,7 @@ def verdicts(name: str) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns as of `mkt.experiments.shipped.verdicts`, without the claim's name.
+        Its columns are those of `mkt.experiments.claims_as_text.row_of`.
 
     Raises
     ------
@@ -276,16 +276,7 @@ def verdicts(name: str) -> pd.DataFrame:
         return cell.sort_values("seed")[number].to_numpy(float)
 
     result = judge(Measured(claim, HELD_BACK, tuple(WISHES[name](value))))
-    lines = [
-        {
-            "measured": line.part.text,
-            "asked": line.condition,
-            "here": as_text(line),
-            "verdict": f"({line.verdict})" if line.part.ours else line.verdict,
-        }
-        for line in result.lines
-    ]
-    return pd.DataFrame(lines)
+    return pd.DataFrame([row_of(line) for line in result.lines])
 
 
 def runs() -> pd.DataFrame:
