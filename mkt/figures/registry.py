@@ -35,6 +35,9 @@ from mkt.tracking import Progress
 # In the order of the book; those of no paper are called "own".
 PAPERS = ("teuliere2009", "nummiaro2003", "cordoba2014", "own")
 
+# The columns of a table for regions (n, 5).
+REGION = ("cx [px]", "cy [px]", "theta [rad]", "hx [px]", "hy [px]")
+
 # So begins the paragraph of a docstring on the figure that computes in the page.
 IN_THE_PAGE = "In the page: "
 

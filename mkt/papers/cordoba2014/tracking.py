@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mkt.evaluation import HIT, SEEN, overlaps, true_positives
-from mkt.figures.registry import Shown, figure, shown
+from mkt.figures.registry import REGION, Shown, figure, shown
 from mkt.papers import runs
 from mkt.papers.cordoba2014.printed import COLORS, NAMES, said, source
 from mkt.plotting import TRUTH, draw_box, draw_truth, shade_frames, show_frame
@@ -143,10 +143,9 @@ def _draw_legend(fig: Figure, names: Sequence[str], data: str) -> None:
 
 def _boxes(regions: Mapping[str, Regions], frames: Sequence[int]) -> pd.DataFrame:
     """A row for each box of a film strip: those of frames out of regions (T, 5)."""
-    columns = "cx [px]", "cy [px]", "theta [rad]", "hx [px]", "hy [px]"
     parts = []
     for name, found in regions.items():
-        numbers = dict(zip(columns, found[frames].T, strict=True))
+        numbers = dict(zip(REGION, found[frames].T, strict=True))
         parts.append(pd.DataFrame({"tracker": name, "frame": frames} | numbers))
     return pd.concat(parts, ignore_index=True).dropna()
 

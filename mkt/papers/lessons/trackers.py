@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 
 from mkt.colors import ColorBins
 from mkt.evaluation import SEEN, Errors, errors, overlap
-from mkt.figures.registry import Shown, figure, shown
+from mkt.figures.registry import REGION, Shown, figure, shown
 from mkt.histograms import distance, learn, log_likelihood
 from mkt.kernels import Kernels
 from mkt.papers import runs
 from mkt.papers.teuliere2009.histograms import still
-from mkt.papers.teuliere2009.tracking import REGION, label
+from mkt.papers.teuliere2009.tracking import label
 from mkt.particles import (
     SCHEMES,
     effective_sample_size,

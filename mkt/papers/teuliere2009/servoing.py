@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from mkt.figures.registry import Shown, figure, shown
+from mkt.figures.registry import REGION, Shown, figure, shown
 from mkt.papers import runs
 from mkt.plotting import (
     CONTRAST,
@@ -47,7 +47,6 @@ CAR_COLOR = "#3b6fb6"
 CAR = ("car X [m]", "car Y [m]", "car theta [rad]")
 CAMERA = ("camera X [m]", "camera Y [m]", "camera Z [m]")
 ERRORS = ("error of x_n", "error of y_n")
-REGION = ("cx [px]", "cy [px]", "theta [rad]", "hx [px]", "hy [px]")
 _GAINS = [0.5, 1.0, 2.0]
 _COMPENSATIONS = ["off", "raw", "Kalman"]
 _DRIVEN = {"speed": [0.02, 0.05, 0.08], "seed": [0, 1, 2]}

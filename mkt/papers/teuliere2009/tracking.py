@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mkt.evaluation import HIT, LAST, SEEN, errors, overlap
-from mkt.figures.registry import Shown, figure, shown
+from mkt.figures.registry import REGION, Shown, figure, shown
 from mkt.papers import runs
 from mkt.plotting import TRACKERS as COLORS
 from mkt.plotting import draw_runs, film_strip
@@ -23,7 +23,6 @@ from mkt.types import Array, NDArray, Regions
 RUNS = 5  # over one path: the sensor noise and the tracker's random numbers differ
 FIRST = 46  # printed, Section VI-A: the frame of the rupture
 LITERAL = replace(TRACKERS["ssd"], derivative_of_c=False)
-REGION = ["cx [px]", "cy [px]", "theta [rad]", "hx [px]", "hy [px]"]
 QUANTITIES = ["x [px]", "y [px]", "orientation [deg]"]
 _SLIDERS = {
     "particles": [25, 75, 250],
