@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from mkt.colors import BinImage, ColorBins
-from mkt.experiments.timing import ROUNDS, one_thread, side_by_side
+from mkt.experiments.timing import ROUNDS, exponent, one_thread, side_by_side
 from mkt.figures.registry import FIGURES
 from mkt.histograms import histograms, learn
 from mkt.kernels import Kernels
@@ -150,12 +150,11 @@ def memory_table(counts: tuple[int, ...] = (125, 250, 500, 1000, 2000)) -> str:
     image = ColorBins()(frame)
     work = {n: (lambda n=n: histograms(image, TILES, regions[:n])) for n in counts}
     medians = [np.median(t) for t in side_by_side(work).values()]
-    exponent = np.polyfit(np.log(counts), np.log(medians), 1)[0]
     cells = "".join(f"{n:>7}: {t:.2f}" for n, t in zip(counts, medians, strict=True))
     peak = _peak(lambda: histograms(image, TILES, regions))
     return (
-        f"Regions: CPU ms{cells}\n  fitted exponent {exponent:.2f}; peak extra memory "
-        f"at {max(counts)}, the result included: {peak:.1f} MB"
+        f"Regions: CPU ms{cells}\n  fitted exponent {exponent(counts, medians):.2f}; "
+        f"peak extra memory at {max(counts)}, the result included: {peak:.1f} MB"
     )
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 from tqdm import tqdm
 
-from mkt.types import Array
+from mkt.types import Array, ArrayLike
 
 ROUNDS = 7
 
@@ -113,6 +113,11 @@ def milliseconds(
         work()
         times.append(clock() - start)
     return 1e3 * min(times)
+
+
+def exponent(sizes: ArrayLike, costs: ArrayLike) -> float:
+    """The power of the sizes with which costs (n,) grow, fitted to the logarithms."""
+    return float(np.polyfit(np.log(sizes), np.log(costs), 1)[0])
 
 
 def side_by_side(

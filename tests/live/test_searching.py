@@ -5,8 +5,9 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
+from mkt.experiments.timing import exponent
 from mkt.figures.live import MODULES
-from mkt.papers.cordoba2014.resampling import ancestors, exponent, spans
+from mkt.papers.cordoba2014.resampling import ancestors, spans
 from tests.live.conftest import assert_found, fixture_of
 
 MODULE = (MODULES / "searching.js").read_text("utf-8")

@@ -8,10 +8,10 @@ import numpy as np
 
 from mkt.experiments.claims import Part, Runs, claim
 from mkt.experiments.statistics import MEAN, PAIRS, SHARE
-from mkt.experiments.timing import one_thread
+from mkt.experiments.timing import exponent, one_thread
 from mkt.papers.cordoba2014.looks import LOOKS, RIVALS
 from mkt.papers.cordoba2014.printed import TABLE
-from mkt.papers.cordoba2014.resampling import counted, exponent, timed
+from mkt.papers.cordoba2014.resampling import counted, timed
 from mkt.types import Array
 
 OCCLUDED = ("passers", "pillars")

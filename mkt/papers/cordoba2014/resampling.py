@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from mkt.experiments.timing import side_by_side
+from mkt.experiments.timing import exponent, side_by_side
 from mkt.figures.registry import Shown, figure, shown
 from mkt.papers.cordoba2014.printed import COLORS
 from mkt.particles import systematic_positions
-from mkt.types import Array, ArrayLike, NDArray
+from mkt.types import Array, NDArray
 
 # How the search can be read: whether it begins anew for each draw.
 READINGS = {
@@ -87,11 +87,6 @@ def spans(chosen: NDArray, anew: bool) -> NDArray:
     """
     before = np.r_[0, chosen[:-1]]
     return np.column_stack([np.zeros_like(chosen) if anew else before, chosen])
-
-
-def exponent(n: ArrayLike, values: ArrayLike) -> float:
-    """The slope of a straight line through the logarithms."""
-    return float(np.polyfit(np.log(n), np.log(values), 1)[0])
 
 
 @figure(

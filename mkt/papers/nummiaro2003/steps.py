@@ -558,7 +558,7 @@ def _draw_by_frame(ax: Axes, curves: Mapping[str, Array], title: str) -> None:
 def _draw_by_number(ax: Axes, curves: Mapping[str, Array]) -> float:
     """Costs against the number of samples; returns the histograms' exponent."""
     whole, alone = curves.values()
-    slope = exponent(NUMBERS, alone)
+    slope = timing.exponent(NUMBERS, alone)
     ax.loglog(NUMBERS, whole, "o-", color=CAR, label="a frame")
     label = f"histograms: exponent {slope:.2f}"
     ax.loglog(NUMBERS, alone, "s-", color="0.3", label=label)
@@ -577,7 +577,7 @@ def _draw_by_area(
 ) -> tuple[float, float]:
     """Costs against the area; returns the exponents, which leave out the smallest."""
     fine, fixed = curves.values()
-    slopes = exponent(areas[1:], fine[1:]), exponent(areas[1:], fixed[1:])
+    slopes = timing.exponent(areas[1:], fine[1:]), timing.exponent(areas[1:], fixed[1:])
     labels = [
         f"{name}: exponent {slope:.2f}"
         for name, slope in zip(curves, slopes, strict=True)
@@ -592,8 +592,3 @@ def _draw_by_area(
     )
     ax.legend(loc="upper left")
     return slopes
-
-
-def exponent(x: ArrayLike, y: ArrayLike) -> float:
-    """The power of x with which y grows, fitted."""
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
