@@ -8,7 +8,7 @@ there is no list of modules to keep.
 import importlib
 import pkgutil
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from threading import RLock
 from typing import Any
@@ -105,6 +105,19 @@ def import_all(package: str) -> None:
     folder = importlib.import_module(package).__path__
     for module in pkgutil.walk_packages(folder, f"{package}."):
         importlib.import_module(module.name)
+
+
+def by_group(groups: Sequence[str], sign: str) -> Callable[[str], tuple]:
+    """Sort key of names that begin with a group and a sign, the groups in this order.
+
+    Names of no group come last.
+    """
+
+    def key(name: str) -> tuple:
+        group = name.partition(sign)[0]
+        return groups.index(group) if group in groups else len(groups), natural(name)
+
+    return key
 
 
 def natural(name: str) -> list:

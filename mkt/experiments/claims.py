@@ -36,7 +36,7 @@ from tqdm import tqdm
 from mkt.experiments.statistics import MEDIAN, Statistic, holm, interval, p_value
 from mkt.experiments.sweep import Job, sweep
 from mkt.experiments.timing import one_thread
-from mkt.registry import Registry, natural
+from mkt.registry import Registry, by_group
 from mkt.scenes.drawn import HELD_BACK, drawn
 from mkt.trackers import by_name
 from mkt.tracking import Tracker
@@ -59,13 +59,7 @@ PAPERS = ("T09", "N03", "C14")  # in the order of the book
 
 Cell = tuple[str, str]  # a kind of scene, and the label of a tracker
 
-
-def _order(name: str) -> tuple:
-    paper = name.partition("-")[0]
-    return PAPERS.index(paper) if paper in PAPERS else len(PAPERS), natural(name)
-
-
-CLAIMS = Registry("claim", "mkt.papers", order=_order)
+CLAIMS = Registry("claim", "mkt.papers", order=by_group(PAPERS, "-"))
 
 
 @dataclass(frozen=True)

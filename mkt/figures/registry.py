@@ -29,7 +29,7 @@ from matplotlib.figure import Figure
 
 from mkt.experiments.timing import one_thread
 from mkt.plotting import in_style, new_figure
-from mkt.registry import Registry, natural
+from mkt.registry import Registry, by_group
 from mkt.tracking import Progress
 
 # In the order of the book; those of no paper are called "own".
@@ -43,13 +43,7 @@ IN_THE_PAGE = "In the page: "
 
 _listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
 
-
-def _order(name: str) -> tuple:
-    paper = name.partition(".")[0]
-    return PAPERS.index(paper) if paper in PAPERS else len(PAPERS), natural(name)
-
-
-FIGURES = Registry("figure", "mkt.papers", order=_order)
+FIGURES = Registry("figure", "mkt.papers", order=by_group(PAPERS, "."))
 
 
 @dataclass(frozen=True)
