@@ -143,7 +143,7 @@ def walked(name, frame, region, later):
         finite(name, info)
 
 
-QUICK = [name for name in by_name.TRACKERS if name not in by_name.SLOW]
+QUICK = by_name.quick()
 
 
 @pytest.mark.parametrize("name", QUICK)

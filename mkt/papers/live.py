@@ -39,7 +39,7 @@ from mkt.servoing.loop import Servo
 from mkt.servoing.robot import Workspace
 from mkt.trackers.adaptive import Adaptive
 from mkt.trackers.appearance import background
-from mkt.trackers.by_name import LABELS, SLOW, TRACKERS
+from mkt.trackers.by_name import LABELS, quick
 from mkt.types import Frame, NDArray
 
 QUALITY = 50  # of frames that are only looked at
@@ -265,7 +265,7 @@ def _resampling() -> dict[str, Any]:
 @DATA.register("own.success")
 def _success() -> dict[str, Any]:
     """The trackers of the curves."""
-    names = _quick()
+    names = quick()
     styles = zip(names, benchmark.styles(names), strict=True)
     return {
         "trackers": [
@@ -275,13 +275,9 @@ def _success() -> dict[str, Any]:
     }
 
 
-def _quick() -> list[str]:
-    return [name for name in TRACKERS if name not in SLOW]
-
-
 def _runs(scene: str, seed: int) -> dict[str, Any]:
     """Overlaps in the seen frames of a scene, and how many frames there are."""
-    iou = benchmark.overlaps_on(Drawn(scene, seed), _quick())
+    iou = benchmark.overlaps_on(Drawn(scene, seed), quick())
     seen = iou[:, np.isfinite(iou[0])].round(7).tolist()
     return {"seen": seen, "frames": iou.shape[1] - 1}
 

@@ -61,6 +61,11 @@ def get(name: str) -> Tracker:
     return TRACKERS[name]
 
 
+def quick() -> list[str]:
+    """The names of all trackers but the slow ones."""
+    return [name for name in TRACKERS if name not in SLOW]
+
+
 def with_particles(name: str, n: int) -> Tracker:
     """The tracker of a name, with n particles.
 
@@ -76,7 +81,7 @@ def with_particles(name: str, n: int) -> Tracker:
         return replace(tracker, n=n)
     if hasattr(tracker, "filter"):
         return replace(tracker, filter=replace(tracker.filter, n=n))
-    able = [other for other in TRACKERS if _has_particles(get(other))]
+    able = [one for one, made in TRACKERS.items() if _has_particles(made)]
     raise ValueError(
         f"the tracker {name!r} has no particles; leave their number out, "
         f"or choose one of {', '.join(able)}"

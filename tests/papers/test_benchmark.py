@@ -46,7 +46,7 @@ def test_every_fraction_is_found_and_no_other(n):
 def test_the_success_figure_shows_what_the_runs_give():
     low = numbers("own.success", scene="look-alike", limit=0.2)
     high = numbers("own.success", scene="look-alike", limit=0.7)
-    quick = [name for name in by_name.TRACKERS if name not in by_name.SLOW]
+    quick = by_name.quick()
     assert list(low["names"]) == quick
     assert (low["seen"] >= high["seen"]).all() and (low["all"] <= low["seen"]).all()
     curves = low["curves"]

@@ -48,7 +48,7 @@ def light(name):
     return tracker
 
 
-QUICK = [name for name in by_name.TRACKERS if name not in by_name.SLOW]
+QUICK = by_name.quick()
 
 
 @pytest.mark.parametrize("name", QUICK)

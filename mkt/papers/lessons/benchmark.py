@@ -18,7 +18,7 @@ from mkt.papers.cordoba2014.printed import NAMES, OVERALL, TABLE
 from mkt.plotting import CONTRAST, DASHES, TRUTH
 from mkt.plotting import TRACKERS as COLORS
 from mkt.scenes.drawn import Drawn
-from mkt.trackers.by_name import LABELS, SLOW, TRACKERS
+from mkt.trackers.by_name import LABELS, TRACKERS, quick
 from mkt.types import Array, ArrayLike, NDArray
 
 # Colours and dashes: full lines for [T09]'s trackers and ours, dashed ones for those of
@@ -56,7 +56,7 @@ def success_curves(
     one sequence, one run of each tracker of the library but MIL, which would take
     longer than all the others together.
     """
-    names = [name for name in TRACKERS if name not in SLOW]
+    names = quick()
     iou = overlaps_on(Drawn(scene, seed), names)
     curves = success(iou)
     seen = true_positives(iou, limit)
