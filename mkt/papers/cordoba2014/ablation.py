@@ -11,14 +11,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mkt.evaluation import scored_frames
 from mkt.experiments.shipped import ABLATED, read_table, write_runs
 from mkt.experiments.statistics import MEAN, interval
 from mkt.experiments.sweep import Job, jobs, sweep
 from mkt.figures.registry import Shown, figure, grid_columns, shown
 from mkt.papers.cordoba2014.looks import RIVALS
-from mkt.papers.cordoba2014.printed import COLORS
-from mkt.papers.runs import clip
+from mkt.papers.cordoba2014.printed import COLORS, share_seen
 from mkt.scenes.drawn import HELD_BACK, drawn
 from mkt.trackers.by_name import TRACKERS
 from mkt.tracking import Tracker
@@ -121,13 +119,8 @@ def release() -> None:
     """Run all of it and keep it.  Raises OSError."""
     rows = sweep(all_jobs())
     pairs = zip(rows["source"], rows["seed"], strict=True)
-    rows["seen"] = [_seen(kind, seed) for kind, seed in pairs]
+    rows["seen"] = [share_seen(drawn(kind, seed)) for kind, seed in pairs]
     write_runs(rows[list(COLUMNS)], SEEDS, ABLATED)
-
-
-def _seen(kind: str, seed: int) -> float:
-    """The share of a scene's frames in which its target can be seen."""
-    return float(scored_frames(clip(drawn(kind, seed)))[1:].mean())
 
 
 if __name__ == "__main__":

@@ -6,11 +6,13 @@ twins of `mkt.scenes.cordoba2014`; `said` names the one in use.
 
 from dataclasses import dataclass
 
+from mkt.evaluation import scored_frames
 from mkt.papers.runs import clip
 from mkt.plotting import CONTRAST
 from mkt.scenes.drawn import Drawn
 from mkt.sequences import benchmarks
 from mkt.sequences.benchmarks import Found
+from mkt.tracking import Source
 
 # In the order of the table's columns.
 NAMES = {"pfhr": "PFHR", "sir": "SIR", "wm": "WM"}
@@ -101,6 +103,11 @@ def source(kind: str, seed: int = 0) -> Found | Drawn:
     beginning = f"BoBoT/{TABLE[kind].bobot}"
     found = [one for one in benchmarks.sequences() if one.name.startswith(beginning)]
     return found[0] if found else Drawn(kind, seed, *TABLE[kind].twin)
+
+
+def share_seen(source: Source) -> float:
+    """The share of a source's frames in which the target can be seen."""
+    return float(scored_frames(clip(source))[1:].mean())
 
 
 def said(source: Found | Drawn) -> str:

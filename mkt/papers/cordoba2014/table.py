@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
-from mkt.evaluation import overlaps, scored_frames, true_positives
+from mkt.evaluation import overlaps, true_positives
 from mkt.figures.registry import Shown, figure, grid_columns, shown
 from mkt.papers.cordoba2014.looks import RIVALS as OURS
 from mkt.papers.cordoba2014.printed import (
@@ -19,6 +19,7 @@ from mkt.papers.cordoba2014.printed import (
     OVERALL,
     TABLE,
     said,
+    share_seen,
     source,
 )
 from mkt.papers.cordoba2014.tracking import repeated
@@ -50,7 +51,7 @@ def table1(fig: Figure, *, t_lim: float = 0.2, runs: int = 3) -> Shown:
     names = list(OURS)
     rows = [_row(kind, t_lim, runs) for kind in tqdm(TABLE, disable=None)]
     means, spread = np.moveaxis(np.array(rows), -1, 0)
-    seen = np.array([_seen(source(kind)) for kind in TABLE])
+    seen = np.array([100 * share_seen(source(kind)) for kind in TABLE])
     ax = fig.add_axes((0, 0, 1, 1))
     _draw_table(
         ax, names, means, spread, seen, f"ours at {100 * t_lim:.0f} %, {runs} runs"
@@ -76,11 +77,6 @@ def percent(tracker: Tracker, origin: Source, t_lim: float, n: int) -> Array:
 def _overlaps(tracker: Tracker, origin: Source, n: int) -> Array:
     """The same for every T_lim, (n, T)."""
     return overlaps(repeated(tracker, origin, n), clip(origin))
-
-
-def _seen(origin: Source) -> float:
-    """The share [%] of frames of a source in which the target can be seen."""
-    return 100 * float(scored_frames(clip(origin))[1:].mean())
 
 
 def _as_table(names: Sequence[str], means: Array, spread: Array) -> pd.DataFrame:
