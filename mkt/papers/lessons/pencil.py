@@ -9,7 +9,6 @@ The drawings: `mkt.papers.lessons.drawings_of_looks` (chapters 1 to 3, 15 and 17
 `drawings_of_cameras` (7, 8 and 16) and `drawings` (all others).
 """
 
-import base64
 import html
 from collections.abc import Callable, Sequence
 from functools import wraps
@@ -21,6 +20,7 @@ from IPython.display import HTML
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mkt.figures.data_uri import data_uri
 from mkt.plotting import CONTRAST, TRUTH, in_style
 from mkt.plotting import new_figure as blank
 
@@ -44,11 +44,11 @@ def vector(fig: Figure, alt: str) -> HTML:
     data = BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "mkt", "svg.fonttype": "path"}):
         fig.savefig(data, format="svg", metadata={"Date": None})
-    uri = base64.b64encode(data.getvalue()).decode()
+    uri = data_uri("image/svg+xml", data.getvalue())
     width = round(fig.get_figwidth() * PIXELS)
     text = html.escape(alt, quote=True)
     return HTML(
-        f'<img src="data:image/svg+xml;base64,{uri}" alt="{text}" width="{width}" '
+        f'<img src="{uri}" alt="{text}" width="{width}" '
         'style="max-width: 100%; height: auto; background: white">'
     )
 
