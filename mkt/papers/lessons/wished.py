@@ -175,13 +175,12 @@ def silhouettes(
     return shown({"x [px]": REACH, **curves}, means=means, **areas)
 
 
-MODELS = dict(
-    zip(
-        ("by hand", "by hand, loose", "learnt on calm", "learnt on swift"),
-        (TRUTH, "0.55", CONTRAST[0], CONTRAST[1]),
-        strict=True,
-    )
-)
+MODELS = {
+    "by hand": TRUTH,
+    "by hand, loose": "0.55",
+    "learnt on calm": CONTRAST[0],
+    "learnt on swift": CONTRAST[1],
+}
 
 
 @figure(
