@@ -31,6 +31,8 @@ from mkt.types import Array, Frame, NDArray, Regions
 SIZE = (80, 60)  # of the object [px]: 4,800 samples
 ASPECT = SIZE[0] / SIZE[1]
 PARTS = 9
+PARTICLES = 500  # regions whose histograms are timed
+COUNTS = (125, 250, 500, 1000, 2000)  # of regions, against which time is fitted
 TILES = Kernels("tiles", "uniform", aspect=ASPECT, samples=4800)
 SMOOTH = Kernels("3x3", "epanechnikov", aspect=ASPECT, samples=4800)
 STEPS = 200  # of Gauss-Newton, timed together
@@ -106,11 +108,11 @@ def one_shot_numpy(image: BinImage, kernels: Kernels, regions: Regions) -> NDArr
     return q / np.maximum(q.sum(-1, keepdims=True), 1)
 
 
-def histogram_table(n: int = 500) -> str:
-    """Histograms of n regions in our two ways and two others, as text."""
-    frame, regions = _frame_and_particles(n)
+def histogram_table() -> str:
+    """Histograms of `PARTICLES` regions in our two ways and two others, as text."""
+    frame, regions = _frame_and_particles(PARTICLES)
     lines = [
-        f"Histograms of {n} regions, 9 parts, 4,800 samples, 320 x 240: CPU ms "
+        f"Histograms of {PARTICLES} regions, 9 parts, 4,800 samples, 320 x 240: CPU ms "
         f"(median of {ROUNDS}, one thread), ratio to the first"
     ]
     for bins in (ColorBins("hsv", (8, 8, 8)), ColorBins()):
@@ -144,17 +146,17 @@ def _rows(prefix: str, times: Mapping[Any, Array], digits: int = 2) -> list[str]
     ]
 
 
-def memory_table(counts: tuple[int, ...] = (125, 250, 500, 1000, 2000)) -> str:
+def memory_table() -> str:
     """CPU time against the number of regions, and memory at the largest, as text."""
-    frame, regions = _frame_and_particles(max(counts))
+    frame, regions = _frame_and_particles(max(COUNTS))
     image = ColorBins()(frame)
-    work = {n: (lambda n=n: histograms(image, TILES, regions[:n])) for n in counts}
+    work = {n: (lambda n=n: histograms(image, TILES, regions[:n])) for n in COUNTS}
     medians = [np.median(t) for t in side_by_side(work).values()]
-    cells = "".join(f"{n:>7}: {t:.2f}" for n, t in zip(counts, medians, strict=True))
+    cells = "".join(f"{n:>7}: {t:.2f}" for n, t in zip(COUNTS, medians, strict=True))
     peak = _peak(lambda: histograms(image, TILES, regions))
     return (
-        f"Regions: CPU ms{cells}\n  fitted exponent {exponent(counts, medians):.2f}; "
-        f"peak extra memory at {max(counts)}, the result included: {peak:.1f} MB"
+        f"Regions: CPU ms{cells}\n  fitted exponent {exponent(COUNTS, medians):.2f}; "
+        f"peak extra memory at {max(COUNTS)}, the result included: {peak:.1f} MB"
     )
 
 

@@ -674,15 +674,17 @@ export function refinedTrack(options, images, region, found) {
 
 // The screen before the target: mkt.scenes.teuliere2009
 
+const PASSING = 24; // [px a frame] of a screen, beside the target
+
 // Its width, and its middle at any time; `regionAt(t)` is the target's region.
-export function screen(regionAt, { shutter, first, frames, speed = 24 }) {
+export function screen(regionAt, { shutter, first, frames }) {
   const ends = [first - shutter / 2, first + frames - 1 + shutter / 2];
   const reach = ends.map((end) => {
     const [, , theta, hx, hy] = regionAt(end);
     return hx * Math.abs(Math.cos(theta)) + hy * Math.abs(Math.sin(theta));
   });
-  const left = (t) => -reach[0] - speed * (t - ends[0]);
-  const right = (t) => reach[1] - speed * (t - ends[1]);
+  const left = (t) => -reach[0] - PASSING * (t - ends[0]);
+  const right = (t) => reach[1] - PASSING * (t - ends[1]);
   const middle = (t) => {
     const [x, y] = regionAt(t);
     return [x + (left(t) + right(t)) / 2, y];

@@ -19,6 +19,7 @@ from mkt.types import Rng
 CARDS = ("badge", "cat", "motorcycle", "astronaut")
 CARD_WIDTH = 100.0  # [px] at scale 1
 STEEPEST = np.pi / 4
+EVERY = 30  # frames from one way-point to the next
 KINDS = ("base", "blur", "noise", "occlusion")
 
 
@@ -41,7 +42,7 @@ def card(kind: str, seed: int) -> Scene:
     if kind not in KINDS:
         raise ValueError(f"kind is {kind!r}; it must be one of {', '.join(KINDS)}")
     rng = np.random.default_rng((16, seed))
-    path = roaming(rng, every=30, turn=0.3, growth=0.2)
+    path = roaming(rng, every=EVERY, turn=0.3, growth=0.2)
     item, ground = CARDS[seed % 4], GROUNDS[seed // 4 % 4]
     target = Layer(item, CARD_WIDTH, path, tilt=tilting(rng))
     slab = Layer("gravel", 34.0, way([0.0, LENGTH], 160.0, [40.0, 200.0]))
@@ -56,9 +57,9 @@ def card(kind: str, seed: int) -> Scene:
     )
 
 
-def tilting(rng: Rng, length: int = LENGTH, every: int = 30) -> Path:
+def tilting(rng: Rng) -> Path:
     """A smooth random tilt (frame, about x [rad], about y [rad]) that starts flat."""
-    times = np.arange(-every, length + every, every, dtype=float)
+    times = np.arange(-EVERY, LENGTH + EVERY, EVERY, dtype=float)
     tilts = rng.uniform(-STEEPEST, STEEPEST, (len(times), 2))
     tilts[:2] = 0
     return as_path(np.column_stack([times, tilts]))

@@ -15,6 +15,7 @@ from mkt.scenes.rendering import Scene
 from mkt.scenes.textures import wall
 
 HALF_DIAGONAL = 1.25 * WIDTH / 2  # [px] of an item, about
+PANEL = 150.0  # [px] width of what hides it
 
 
 @SCENES.register("base")
@@ -58,17 +59,15 @@ def occlusion(
     return Scene(Layer(item, WIDTH, path), ground, LENGTH, front=front, seed=seed)
 
 
-def _panel(
-    target: Path, material: str, first: int, hidden: int, width: float = 150.0
-) -> Layer:
+def _panel(target: Path, material: str, first: int, hidden: int) -> Layer:
     """A wall that comes from the left and hides the layer on a path for a while."""
     table = np.array(target)
     x = np.interp([first, first + hidden], table[:, 0], table[:, 1])
-    slack = width / 2 - HALF_DIAGONAL
+    slack = PANEL / 2 - HALF_DIAGONAL
     start, end = x[0] - slack, x[1] + slack
     speed = max((end - start) / hidden, 4.0)
     times = np.array([0.0, LENGTH])
-    return Layer(material, width, way(times, start + speed * (times - first), 120.0))
+    return Layer(material, PANEL, way(times, start + speed * (times - first), 120.0))
 
 
 @SCENES.register("blur")

@@ -13,6 +13,8 @@ from mkt.scenes.paths import WIDTH, roaming, way
 from mkt.scenes.rendering import Scene, regions
 from mkt.scenes.textures import wall
 
+PASSING = 24.0  # [px a frame] of a screen, beside the target
+
 
 @SCENES.register("fast")
 def fast(
@@ -47,11 +49,11 @@ def hidden(
     return replace(scene, front=(screen(scene, first, frames),))
 
 
-def screen(scene: Scene, first: int, frames: int, speed: float = 24.0) -> Layer:
+def screen(scene: Scene, first: int, frames: int) -> Layer:
     """A screen carried past the target from right to left.
 
     The whole target is behind it during the exposures of just these frames.  It goes
-    along with the target, and past it at `speed` [px a frame], so that every path is
+    along with the target, and past it at `PASSING`, so that every path is
     hidden for the same time.
     """
     half = scene.shutter / 2
@@ -60,8 +62,8 @@ def screen(scene: Scene, first: int, frames: int, speed: float = 24.0) -> Layer:
     # Half widths of the upright box, when it disappears and when it is back.
     reach = np.abs(hx * np.cos(theta)) + np.abs(hy * np.sin(theta))
     times = np.arange(-1.0, scene.length + 1)
-    left = -reach[0] - speed * (times - ends[0])
-    right = reach[1] - speed * (times - ends[1])
+    left = -reach[0] - PASSING * (times - ends[0])
+    right = reach[1] - PASSING * (times - ends[1])
     x, y = regions(scene, scene.target, times)[:, :2].T
     width = float(np.ceil(right[0] - left[0]))
     material = wall(scene.background)

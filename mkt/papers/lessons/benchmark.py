@@ -19,7 +19,7 @@ from mkt.plotting import CONTRAST, DASHES, TRUTH
 from mkt.plotting import TRACKERS as COLORS
 from mkt.scenes.drawn import Drawn
 from mkt.trackers.by_name import LABELS, TRACKERS, quick
-from mkt.types import Array, ArrayLike, NDArray
+from mkt.types import Array, NDArray
 
 # Colours and dashes: full lines for [T09]'s trackers and ours, dashed ones for those of
 # [C14], all in their colours of other plots; others have none of their own.
@@ -147,18 +147,16 @@ def _hundredths(k: int, n: int, rounding: str) -> int:
     return (20000 * k + n) // (2 * n)
 
 
-def hits(row: str, rounding: str = "truncated", frames: ArrayLike = FRAMES) -> NDArray:
-    """How many of the three percentages of a row are possible, (S,) int.
+def hits(row: str, rounding: str = "truncated") -> NDArray:
+    """How many of a row's three percentages each of `FRAMES` allows, (S,) int.
 
     Parameters
     ----------
     row : str
         A key of `mkt.papers.cordoba2014.printed.TABLE`.
     rounding : {"truncated", "rounded"}
-    frames : (S,) array_like
-        Numbers of frames.
     """
-    possible = [_possible(row, n, rounding) for n in np.asarray(frames).tolist()]
+    possible = [_possible(row, n, rounding) for n in FRAMES.tolist()]
     return np.sum(possible, axis=1)
 
 

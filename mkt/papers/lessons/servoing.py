@@ -426,6 +426,7 @@ COLORED = 0.2, 20.0  # [cm], errors below and above have the last colours
 BRIGHT = 1.5  # [cm], from here on black letters are read more easily than white ones
 AWAY = 100.0  # [cm], a loop that runs away
 FEW = 8  # fields that are framed as the best; of more none is
+SPEED, BACK = 5.0, 12.0  # of the target [cm/s], and when it turns back [s]
 HANDS = 12  # noises, over which the right map averages
 # [cm] on the table, at the desired distance: the car is 20 cm and 100 px long.
 PIXEL = 20 / 100
@@ -516,8 +517,6 @@ def loop_errors(
     rho: float,
     delay: int,
     jitter: float,
-    speed: float = 5.0,
-    turn: float = 12.0,
 ) -> tuple[Array, Array, Array]:
     """The three maps (gains, ratios) [cm] of the figure `loop_map`.
 
@@ -525,10 +524,6 @@ def loop_errors(
     ----------
     fps, rho, delay, jitter
         As there.
-    speed : float [cm/s]
-        Of the target.
-    turn : float [s]
-        When it turns back.
 
     Returns
     -------
@@ -536,9 +531,9 @@ def loop_errors(
         The error before the target turns back, the largest one after it, and the root
         mean square with noise.
     """
-    times = np.arange(0, 2 * turn, 1 / fps)
-    velocity = speed * np.where(times < turn, 1, -1)
-    back = np.searchsorted(times, turn)
+    times = np.arange(0, 2 * BACK, 1 / fps)
+    velocity = SPEED * np.where(times < BACK, 1, -1)
+    back = np.searchsorted(times, BACK)
     normal = np.random.default_rng(0).standard_normal((len(times), HANDS))
     noise = jitter * PIXEL * normal
     noise[:, 0] = 0  # the first hand is exact

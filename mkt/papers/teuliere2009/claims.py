@@ -47,9 +47,9 @@ NEAR = np.deg2rad(np.arange(-30, 31, 2))  # turns over which a curvature is take
 FLAT = 1e-3  # [1/rad^2]: less is taken for no curvature at all
 
 
-def _share(text: str, values: Array, bound: float, below: bool = False) -> Part:
+def _share(text: str, values: Array, bound: float) -> Part:
     """A part on the share of runs."""
-    return Part(text, values, bound, below=below, statistic=SHARE)
+    return Part(text, values, bound, statistic=SHARE)
 
 
 def _pairs(text: str, values: Array, ours: bool = False) -> Part:
@@ -305,10 +305,7 @@ def _cpu_ratio(tracker: Tracker, other: Tracker, seed: int) -> float:
     return float(np.median(times["one"] / times["other"]))
 
 
-@claim(
-    "T09-h",
-    "Section V",
-)
+@claim("T09-h", "Section V")
 def prediction_saves_iterations(runs: Runs) -> list[Part]:
     """The particle filter's prediction lowers the number of Newton iterations.
 
