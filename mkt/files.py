@@ -25,6 +25,7 @@ else:
 
 PACKAGE = Path(__file__).resolve().parent
 ROOT = PACKAGE.parent  # of the clone
+NOTEBOOKS = ROOT / "notebooks"
 # Beside the package in a clone; setup.py puts it inside an installed one.
 DATA = next(filter(Path.is_dir, (PACKAGE / "data", ROOT / "data")), ROOT / "data")
 # Where the book and its locks are made.

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from mkt.course.book import checks, contents, execute, site
 from mkt.course.book.contents import BookError
-from mkt.files import BUILD
+from mkt.files import BUILD, NOTEBOOKS
 
 
 def build(folder: Path = BUILD) -> Path:
@@ -61,5 +61,5 @@ def strip_all() -> list[Path]:
         Those that changed.
     """
     chapters = [chapter.notebook for chapter in contents.read().chapters]
-    labs = sorted((contents.NOTEBOOKS / "labs").glob("*.ipynb"))
+    labs = sorted((NOTEBOOKS / "labs").glob("*.ipynb"))
     return [path for path in [*chapters, *labs] if checks.strip_file(path)]

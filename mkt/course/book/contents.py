@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from mkt.figures.registry import FIGURES
-from mkt.files import ROOT
+from mkt.files import NOTEBOOKS, ROOT
 
-NOTEBOOKS = ROOT / "notebooks"
 CATALOGUE = ROOT / "book.toml"
 KEYS = ("part", "notebook", "title", "summary", "figures", "timeout")
 

@@ -17,11 +17,11 @@ from nbformat import NotebookNode
 
 from mkt.course.book import lighter, live, pages, pictures, positions, security
 from mkt.course.book.checks import figure_cells, strip, tree
-from mkt.course.book.contents import NOTEBOOKS, Book, BookError
+from mkt.course.book.contents import Book, BookError
 from mkt.course.labs.notebooks import HANDOUT, labs, released
 from mkt.experiments import claims, leaderboard, shipped
 from mkt.figures.static_panel import FILES, SCRIPT
-from mkt.files import named
+from mkt.files import NOTEBOOKS, named
 
 PICTURE = "image/png"
 IMPORTS = ast.Import, ast.ImportFrom

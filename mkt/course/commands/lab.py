@@ -8,9 +8,8 @@ from pathlib import Path
 
 from mkt.course import stripping
 from mkt.course.commands import Commands, command
-from mkt.files import PACKAGE, ROOT
+from mkt.files import NOTEBOOKS, PACKAGE, ROOT
 
-NOTEBOOKS = ROOT / "notebooks"
 SETTINGS = PACKAGE / "course" / "jupyterlab"
 FIRST = "01_color_histograms.ipynb"
 AS_ROOT = (

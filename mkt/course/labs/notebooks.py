@@ -22,9 +22,9 @@ from pathlib import Path
 import nbformat
 from nbformat import NotebookNode
 
-from mkt.files import ROOT, whole
+from mkt.files import NOTEBOOKS, whole
 
-FOLDER = ROOT / "notebooks" / "labs"  # the teacher's versions
+FOLDER = NOTEBOOKS / "labs"  # the teacher's versions
 HANDOUT = FOLDER.with_name("handout")  # the students', where JupyterLab shows them
 # Those of nbgrader.
 STUBS = {
