@@ -18,7 +18,7 @@ Explained in notebook 01.
 
 import numpy as np
 
-from mkt.types import Array, ArrayLike, Regions
+from mkt.types import Array, ArrayLike, NDArray, Regions
 
 CX, CY, THETA, HX, HY = range(5)
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -227,6 +227,23 @@ def to_box(regions: ArrayLike) -> Array:
     c = corners(regions)
     low, high = c.min(-2), c.max(-2)
     return np.concatenate([low + 0.5, high - low], -1)
+
+
+def outside(regions: ArrayLike, shape: tuple[int, ...]) -> NDArray:
+    """Whether the upright boxes round regions lie outside an image altogether.
+
+    Parameters
+    ----------
+    regions : (..., 5) array_like [px, rad]
+    shape : (height, width, ...) of the image [px]
+
+    Returns
+    -------
+    (...) bool array
+        False for NaN.
+    """
+    x, y, w, h = np.moveaxis(to_box(regions), -1, 0)
+    return (x >= shape[1]) | (y >= shape[0]) | (x + w <= 0) | (y + h <= 0)
 
 
 def wrap_angle(theta: ArrayLike) -> Array:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mkt import tracking
-from mkt.regions import from_box, to_box
+from mkt.regions import from_box, outside
 from mkt.sequences.carphone import carphone
 from mkt.types import Frame, Region
 
@@ -55,9 +55,8 @@ def region_of(box: Sequence[float], frame: Frame) -> Region:
             "draw it round the target"
         )
     region = from_box(box[:4], np.radians(box[4]))
-    x, y, w, h = to_box(region)
     height, width = frame.shape[:2]
-    if x >= width or y >= height or x + w <= 0 or y + h <= 0:
+    if outside(region, frame.shape):
         raise ValueError(
             f"the box {text}: it lies outside the image of {width}x{height} px; "
             "the upper left corner of the image is 0,0"

@@ -7,7 +7,7 @@ import numpy as np
 
 from mkt.checks import LONGEST
 from mkt.files import DataError
-from mkt.regions import HX, HY, to_box
+from mkt.regions import HX, HY, outside
 from mkt.sequences.rows import Rows
 from mkt.sequences.video import Frames
 from mkt.tracking import Sequence
@@ -64,10 +64,8 @@ def refuse_untrue(
     remedy = "correct the row, or check that the format is the right one"
     refuse_no_region(rows, regions, remedy, hidden)
     height, width = frames[0].shape[:2]
-    x, y, w, h = to_box(regions).T
-    outside = (x >= width) | (y >= height) | (x + w <= 0) | (y + h <= 0)
     what = f"{_WRONG}it lies outside the image of {width}x{height} px"
-    rows.refuse(outside, what, remedy)
+    rows.refuse(outside(regions, (height, width)), what, remedy)
 
 
 def refuse_no_region(

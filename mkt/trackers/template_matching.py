@@ -15,7 +15,7 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import checked_frame, checked_region, finite, in_words
-from mkt.regions import from_box, to_box
+from mkt.regions import from_box, outside, to_box
 from mkt.tracking import Info, report
 from mkt.types import Frame, Region, Rng
 
@@ -75,7 +75,7 @@ class TemplateMatching:
                 f"the box of {size[0]}x{size[1]} px is larger than the frame of "
                 f"{width}x{height}; choose a smaller one"
             )
-        if x >= width or y >= height or x + w <= 0 or y + h <= 0:
+        if outside(region, frame.shape):
             raise ValueError(
                 f"the region {in_words(region)} lies outside the image; "
                 "choose a box inside it"
