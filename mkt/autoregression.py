@@ -93,10 +93,16 @@ def learnt(tracks: Iterable[Regions], loosen: float = 1.0) -> AutoRegression:
     Raises
     ------
     ValueError
-        For no track, for one of fewer frames, and for regions that are not finite or
-        have no area.
+        For no track, for one alone that is in no list, for one of fewer frames, for
+        regions that are not finite or have no area, and for a negative factor.
     """
     tracks = [np.asarray(track, float) for track in tracks]
+    if wrong := [track.shape for track in tracks if track.shape[1:] != (5,)]:
+        raise ValueError(
+            f"a track has the shape {wrong[0]}; give a list of tracks, each (T, 5)"
+        )
+    if not 0 <= loosen < np.inf:
+        raise ValueError(f"loosen is {loosen}; it must be a number from 0 on")
     if min(map(len, tracks), default=0) < 3:
         raise ValueError(
             f"tracks have {[len(track) for track in tracks]} frames; "

@@ -71,6 +71,15 @@ def is_whole(value: Any, least: int) -> bool:
     return isinstance(value, int | np.integer) and bool(value >= least)
 
 
+def image_size(size: Any) -> None:
+    """Refuse a `size` that is not (width, height) in whole pixels."""
+    sides = size if isinstance(size, tuple) else ()
+    if len(sides) != 2 or not all(is_whole(n, 1) for n in sides):
+        raise ValueError(
+            f"size is {size}; it must be two whole numbers, each at least 1"
+        )
+
+
 def counts(specification: Any, *fields: str, least: int = 1) -> None:
     """Refuse a field that is not a whole number from `least` to `MOST`."""
     for field in fields:

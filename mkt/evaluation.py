@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from mkt.checks import of_kind
 from mkt.regions import area, corners, from_box, to_box, wrap_angle
 from mkt.tracking import Sequence, Track, Tracker, check_tracker, checked_step
 from mkt.types import Array, ArrayLike, NDArray
@@ -217,7 +218,18 @@ def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
         "lost", and the share of the hits in which it did; NaN without misses or without
         hits.
         All are NaN where no frame was scored.
+
+    Raises
+    ------
+    ValueError
+        For what is no track, or one of another length than its sequence.
     """
+    of_kind(track, Track, "track", "give what mkt.track(tracker, clip) returns")
+    if len(track.regions) != len(clip):
+        raise ValueError(
+            f"the track has {len(track.regions)} frames, but {clip.name} has "
+            f"{len(clip)}; give the sequence that it was made on"
+        )
     every, scored = overlaps(track.regions, clip), scored_frames(clip)
     if not scored.any():
         return dict.fromkeys(JUDGED, np.nan)

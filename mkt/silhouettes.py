@@ -14,10 +14,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-from mkt.checks import checked_frame
+from mkt.checks import checked_frame, checked_region, in_words
 from mkt.colors import ColorBins
 from mkt.kernels import Kernels
-from mkt.regions import warp_matrices
+from mkt.regions import outside, warp_matrices
 from mkt.types import Array, ArrayLike, Frame, NDArray
 
 SIDE = 48  # pixels of a mask
@@ -94,13 +94,15 @@ def patch(frame: Frame, region: ArrayLike, around: float = AROUND) -> Frame:
     """The square round a region, upright and SIDE `around` pixels wide: (n, n, 3).
 
     Beyond the image the pixels of its border are repeated.  ValueError for an array
-    that is not a frame.
+    that is not a frame, and for a region without area or outside the image.
     """
-    frame = checked_frame(frame)
+    frame, region = checked_frame(frame), checked_region(region)
+    if outside(region, frame.shape):
+        raise ValueError(f"the region {in_words(region)} lies outside the image")
     n = round(SIDE * around)
     to_canonical = np.array([[2 / SIDE, 0, 0], [0, 2 / SIDE, 0], [0, 0, 1.0]])
     to_canonical[:2, 2] = (1 - n) / SIDE
-    A = warp_matrices(np.asarray(region, float)) @ to_canonical
+    A = warp_matrices(region) @ to_canonical
     how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return cv2.warpAffine(frame, A, (n, n), flags=how, borderMode=cv2.BORDER_REPLICATE)
 

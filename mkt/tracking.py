@@ -19,7 +19,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from mkt.checks import checked_region, finite, of_kind
+from mkt.checks import checked_region, finite, in_words, of_kind
+from mkt.regions import HX
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions, Rng
 
 ALWAYS = ("region", "score", "lost")  # entries that no info can do without
@@ -229,12 +230,25 @@ def checked_step(tracker: Tracker, said: Any) -> tuple[Any, Info]:
         raise ValueError(
             f"{name}: its info has no {missing[0]!r}; make it with mkt.report"
         )
-    shape = np.shape(said[1]["region"])
-    if shape != (5,):
-        raise ValueError(
-            f"{name}: its region has the shape {shape}; give (cx, cy, theta, hx, hy)"
-        )
+    if trouble := _wrong(said[1]["region"]):
+        raise ValueError(f"{name}: its region {trouble}")
+    lost = said[1]["lost"]
+    if not isinstance(lost, bool | np.bool_):
+        raise ValueError(f"{name}: its lost is {lost!r}; give True or False")
     return said
+
+
+def _wrong(region: Any) -> str:
+    """What is wrong with an estimate, empty where nothing is; it may be NaN."""
+    shape = np.shape(region)
+    if shape != (5,):
+        return f"has the shape {shape}; give (cx, cy, theta, hx, hy)"
+    numbers = np.asarray(region)
+    if numbers.dtype.kind not in "iuf":
+        return f"is {reprlib.repr(region)}; give five numbers"
+    if (numbers[HX:] <= 0).any():
+        return f"is {in_words(numbers)}, without area; give half axes above 0, or NaN"
+    return ""
 
 
 def track(

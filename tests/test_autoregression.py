@@ -71,6 +71,17 @@ def test_too_little_to_learn_from_is_said(tracks):
         learnt(tracks)
 
 
+def test_one_track_alone_is_put_into_a_list():
+    with pytest.raises(ValueError, match=r"the shape \(5,\); give a list of tracks"):
+        learnt(np.ones((9, 5)))
+
+
+@pytest.mark.parametrize("loosen", [-1.0, np.nan, np.inf])
+def test_noise_is_not_loosened_by_what_is_no_factor(loosen):
+    with pytest.raises(ValueError, match="loosen is"):
+        learnt([np.ones((9, 5))], loosen)
+
+
 @pytest.mark.parametrize("hx", [np.nan, np.inf, 0.0, -3.0])
 def test_a_track_with_a_region_that_cannot_be_is_refused(hx):
     track = np.column_stack([*[np.arange(9.0)] * 3, np.full((9, 2), 10.0)])

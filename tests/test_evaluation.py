@@ -28,6 +28,7 @@ from mkt.evaluation import (
 from mkt.regions import area, corners, from_box, rotation, to_box, unwarp
 from mkt.scenes.drawn import Drawn
 from mkt.trackers.particle_filter import ParticleFilter
+from mkt.trackers.ssd import SSD
 from mkt.tracking import Sequence, Track, track
 from tests.strategies import regions
 
@@ -405,3 +406,12 @@ def test_a_tracker_that_never_fails_goes_on_as_in_a_track():
 
 def overlaps_of(run, clip):
     return overlap(run.regions[1:], clip.truth[1:])
+
+
+def test_a_track_is_judged_on_its_own_sequence_alone():
+    clip = Drawn("base").sequence()
+    found = track(SSD(iterations=1), clip.part(slice(5)))
+    with pytest.raises(ValueError, match="the track has 5 frames, but .* has"):
+        evaluate(found, clip)
+    with pytest.raises(ValueError, match="track is of the type ndarray"):
+        evaluate(clip.truth, clip)

@@ -116,6 +116,20 @@ def test_a_silhouette_has_no_slope():
         SSD(Silhouette("3x3"))
 
 
+@pytest.mark.parametrize("find", [grabbed, by_colour])
+@pytest.mark.parametrize(
+    "region, said",
+    [
+        ((np.nan, 20, 0, 9, 9), "finite"),
+        ((20, 20, 0, 0, 9), "area|positive"),
+        ((-60, 20, 0, 9, 9), "lies outside the image"),
+    ],
+)
+def test_a_shape_is_sought_only_where_there_is_something(find, region, said):
+    with pytest.raises(ValueError, match=said):
+        find(np.zeros((40, 60, 3), np.uint8), region)
+
+
 def test_a_mask_of_another_size_is_refused():
     with pytest.raises(ValueError, match="mask has 3 bytes"):
         Silhouette(mask=b"abc")

@@ -1,6 +1,6 @@
 """A track is columns of one length, whatever the tracker says, and when it says it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -224,3 +224,43 @@ def test_what_is_no_tracker_and_no_sequence_is_said(tracker):
         track(tracker, clip())
     with pytest.raises(ValueError, match="clip is of the type str; give a Sequence"):
         track(SSD(), "ball.mp4")
+
+
+@dataclass(frozen=True)
+class Saying:
+    """Says the same of every frame."""
+
+    info: dict
+
+    def init(self, frame, region, rng):
+        return None
+
+    def step(self, state, frame, rng):
+        return state, self.info
+
+
+BACK = (30.0, 20.0, 0.0, -9.0, 9.0)
+
+
+@pytest.mark.parametrize(
+    "wrong, said",
+    [
+        ({"lost": 1}, "its lost is 1; give True or False"),
+        ({"lost": "no"}, "its lost is 'no'"),
+        ({"region": BACK}, r"its region is \(30, 20, 0, -9, 9\), without area"),
+        ({"region": ("a",) * 5}, "its region is .*give five numbers"),
+        ({"region": np.zeros(5)}, "its region .* without area"),
+    ],
+)
+def test_what_a_step_says_is_looked_at(wrong, said):
+    right = report(np.ones(5), 0.1, False, 1.0)
+    clip = Drawn("base").sequence()
+    assert follow(Saying(right), clip) and len(track(Saying(right), clip).lost)
+    with pytest.raises(ValueError, match=f"Saying.step: {said}"):
+        track(Saying(right | wrong), clip)
+
+
+def test_a_step_may_give_no_region():
+    info = report(np.ones(5), 0.1, True, 1.0) | {"region": np.full(5, np.nan)}
+    found = track(Saying(info), Drawn("base").sequence())
+    assert np.isnan(found.regions[1:]).all() and found.lost[1:].all()

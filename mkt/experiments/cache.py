@@ -15,6 +15,9 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +29,8 @@ from mkt.files import ROOT, is_clone, named, whole
 SEAL = 16  # bytes
 MOST = 2e9  # bytes of a shelf; beyond it, what is unused for longest is removed
 OBJECTS = "O"  # the kind of arrays that are not kept: reading them could run code
+# What prints all that it is.
+PLAIN = type(None), int, float, complex, str, bytes, np.generic, Path, Enum, range
 
 
 def folder() -> Path:
@@ -41,15 +46,66 @@ def folder() -> Path:
     return platformdirs.user_cache_path("mkt", appauthor=False)
 
 
-def key(*parts: Any) -> str:
-    """A name for what depends on these parts and nothing else, by what they print."""
-    return hashlib.sha256("\n".join(map(_printed, parts)).encode()).hexdigest()[:32]
+def key(*parts: Any) -> str | None:
+    """A name for what depends on these parts and nothing else.
+
+    None where one of them cannot be spelled out, see `spelled`.
+    """
+    try:
+        text = "\n".join(map(spelled, parts))
+    except (TypeError, RecursionError):
+        return None
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def _printed(thing: Any) -> str:
-    """What a thing prints, its arrays in full: in short two can look the same."""
-    with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
+def spelled(thing: Any) -> str:
+    """All that a thing consists of, as text: equal texts are equal things.
+
+    What an object prints will not do: it may leave out fields, or give nothing but an
+    address, which the next object may have.
+
+    Raises
+    ------
+    TypeError
+        For what keeps something that Python cannot see, and for functions.
+    """
+    if isinstance(thing, PLAIN):
         return repr(thing)
+    if isinstance(thing, np.ndarray) and thing.dtype.kind != OBJECTS:
+        # In full: in short two can look the same.
+        with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
+            return repr(thing)
+    kind = type(thing)
+    return f"{kind.__module__}.{kind.__qualname__}({_inside(thing)})"
+
+
+def _inside(thing: Any) -> str:
+    """What an object is made of, spelled out.  Raises TypeError where that is hidden.
+
+    A source that says itself what identifies it is taken at its word.
+    """
+    if hasattr(thing, "identity"):
+        return thing.identity()
+    if isinstance(thing, dict):
+        return ", ".join(f"{spelled(k)}: {spelled(v)}" for k, v in thing.items())
+    if isinstance(thing, set | frozenset):
+        return ", ".join(sorted(map(spelled, thing)))
+    if isinstance(thing, tuple | list):
+        return ", ".join(map(spelled, thing))
+    if isinstance(thing, partial):
+        return spelled((thing.func, thing.args, thing.keywords))
+    if is_dataclass(thing) and not isinstance(thing, type):
+        return spelled({one.name: getattr(thing, one.name) for one in fields(thing)})
+    return spelled(_state(thing))
+
+
+def _state(thing: Any) -> Any:
+    """What an object of a class in Python keeps; TypeError for any other."""
+    kind = type(thing)
+    usual = kind.__reduce_ex__ is object.__reduce_ex__
+    if not (usual and kind.__reduce__ is object.__reduce__):
+        raise TypeError(f"{kind.__qualname__} has a state of its own kind")
+    return thing.__reduce_ex__(2)[2]
 
 
 class Shelf:
@@ -166,6 +222,11 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
     return arrays
 
 
-def identity(source: Any) -> str:
-    """What identifies a source: its own word for this, or what it prints."""
-    return source.identity() if hasattr(source, "identity") else _printed(source)
+def identity(source: Any) -> str | None:
+    """What identifies a source: its own word for this, or all that it consists of.
+
+    None where that cannot be spelled out.
+    """
+    with suppress(TypeError, RecursionError):
+        return source.identity() if hasattr(source, "identity") else spelled(source)
+    return None

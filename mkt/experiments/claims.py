@@ -33,6 +33,7 @@ import pandas as pd
 from joblib import Parallel, delayed
 from tqdm import tqdm
 
+from mkt.experiments import cache
 from mkt.experiments.statistics import MEDIAN, Statistic, holm, interval, p_value
 from mkt.experiments.sweep import Job, sweep
 from mkt.experiments.timing import one_thread
@@ -259,15 +260,18 @@ def measure(
     needed = [
         job for one in claims for cell in one.jobs(seeds).values() for job in cell
     ]
-    jobs = list({repr(job): job for job in needed}.values())
-    rows = sweep(jobs, processes)
-    rows.index = pd.Index([repr(job) for job in jobs])
+    jobs = {_name(job): job for job in needed}
+    rows = sweep(jobs.values(), processes).set_axis(list(jobs))
     return [_measured(one, rows, seeds) for one in claims]
+
+
+def _name(job: Job) -> str:
+    return cache.key(job) or repr(job)
 
 
 def _measured(claim: Claim, rows: pd.DataFrame, seeds: Sequence[int]) -> Measured:
     cells = {
-        cell: rows.loc[[repr(job) for job in jobs]]
+        cell: rows.loc[list(map(_name, jobs))]
         for cell, jobs in claim.jobs(seeds).items()
     }
     return Measured(claim, seeds, tuple(claim.function(Runs(seeds, cells))))

@@ -17,6 +17,7 @@ there are no benchmarks; `shipped` has both as they were run for the release
 Explained in notebook 14.
 """
 
+import itertools
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -308,7 +309,9 @@ def write_tracks(board: Board, folder: Path, processes: int = -1) -> None:
     ----------
     board : Board
     folder : Path
-        Made where there is none; a file is TRACKER-SOURCE-SEED.
+        Made where there is none; a file is TRACKER-SOURCE-SEED, where letters that a
+        name of a file may not have are left out, and a number tells those apart that
+        are then alike.
     processes : int
         At once; -1 for as many as there are cores.
 
@@ -321,19 +324,35 @@ def write_tracks(board: Board, folder: Path, processes: int = -1) -> None:
     refused = board.rows["refused"] != ""
     jobs = [job for job, no in zip(board.jobs, refused, strict=True) if not no]
     done = Parallel(n_jobs=processes, return_as="generator")(
-        delayed(_write_track)(job, folder) for job in jobs
+        delayed(_write_track)(job, folder / name)
+        for job, name in zip(jobs, _file_names(jobs), strict=True)
     )
     for _ in tqdm(done, desc="tracks", unit="run", total=len(jobs)):
         pass
 
 
-def _write_track(job: Job, folder: Path) -> None:
+def _file_names(jobs: Iterable[Job]) -> list[str]:
+    """A name without ending for each job, no two alike, even where case is nothing."""
+    names: list[str] = []
+    taken: set[str] = set()
+    for job in jobs:
+        plain = f"{job.label}-{job.source.name}-{job.seed}"
+        name = fresh = re.sub(r"[^\w.-]+", "_", plain)
+        for number in itertools.count(2):
+            if fresh.casefold() not in taken:
+                break
+            fresh = f"{name}-{number}"
+        taken.add(fresh.casefold())
+        names.append(fresh)
+    return names
+
+
+def _write_track(job: Job, place: Path) -> None:
     with one_thread():
         found = track(job.tracker, job.source.sequence(), job.seed)
-    name = re.sub(r"[^\w.-]+", "_", f"{job.label}-{job.source.name}-{job.seed}")
     for ending in (".csv", ".txt"):
         first = getattr(job.source, "first", 0)
-        tracks.write(found, folder / f"{name}{ending}", first)
+        tracks.write(found, place.with_name(f"{place.name}{ending}"), first)
 
 
 def ranking(board: Board) -> list[Place]:

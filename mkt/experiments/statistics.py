@@ -158,9 +158,11 @@ def interval(
     Raises
     ------
     ValueError
-        For values that the statistic does not have.
+        For values that the statistic does not have, and for another level.
     """
     values = _checked(values, statistic)
+    if not 0 < level < 1:
+        raise ValueError(f"level is {level}; it must lie between 0 and 1")
     if not (len(values) and np.isfinite(values).all()):
         return np.nan, np.nan, np.nan
     return statistic.value(values), *statistic.ends(values, level)
@@ -193,9 +195,11 @@ def p_value(values: ArrayLike, statistic: Statistic, bound: float, side: str) ->
     Raises
     ------
     ValueError
-        For another side, for values that a statistic does not have, and for `PAIRS`
-        with another bound.
+        For another side, for a bound that is not finite, for values that a statistic
+        does not have, and for `PAIRS` with another bound.
     """
+    if not np.isfinite(bound):
+        raise ValueError(f"bound is {bound}; it must be a finite number")
     if side not in ("greater", "less"):
         raise ValueError(f'side is {side!r}; it must be "greater" or "less"')
     if statistic is PAIRS and bound != 0:

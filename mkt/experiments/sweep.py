@@ -17,6 +17,7 @@ the network, so the machines need no common disk:
 """
 
 import json
+import reprlib
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -30,7 +31,7 @@ import pandas as pd
 from joblib import Parallel, delayed
 from tqdm import tqdm
 
-from mkt import evaluation
+from mkt import checks, evaluation
 from mkt.evaluation import JUDGED, evaluate, mean_of
 from mkt.experiments import cache, dependencies
 from mkt.experiments.timing import Clocked, one_thread
@@ -39,6 +40,7 @@ from mkt.tracking import Sequence, Source, Track, Tracker, check_tracker, track
 
 EFFORT = "evaluations", "steps"  # NaN for a tracker that does not report it
 NUMBERS = (*JUDGED, "cpu_ms", *EFFORT)
+WHO = "tracker", "source", "seed", "item", "ground", "refused"
 ROWS = cache.Shelf("rows", ".json", cache.as_json, json.loads)
 
 
@@ -80,10 +82,10 @@ class Job:
             recorded one takes a while.
         """
         code = dependencies.code_of(self.tracker, self.source, evaluation)
-        if code is None:
+        origin = source or cache.identity(self.source)
+        if code is None or origin is None:
             return None
-        source = source or cache.identity(self.source)
-        return cache.key(self.label, self.tracker, source, self.seed, code)
+        return cache.key(self.label, self.tracker, origin, self.seed, code)
 
 
 def jobs(
@@ -91,7 +93,27 @@ def jobs(
     sources: Iterable[Named],
     seeds: Iterable[int] = (0,),
 ) -> list[Job]:
-    """Every tracker on every source with every seed."""
+    """Every tracker on every source with every seed.
+
+    Raises
+    ------
+    ValueError
+        For trackers without labels, what is no tracker, what gives no sequence, and
+        seeds that are not whole.
+    """
+    if not isinstance(trackers, Mapping):
+        raise ValueError("trackers has no labels; give a dict, {label: tracker}")
+    for tracker in trackers.values():
+        check_tracker(tracker)
+    sources, seeds = _several("sources", sources), _several("seeds", seeds)
+    for source in sources:
+        if not hasattr(source, "sequence"):
+            raise ValueError(
+                f"{reprlib.repr(source)} is no source of a sequence; give one such as "
+                'mkt.Drawn("base", 1) or mkt.Carphone(), not the sequence itself'
+            )
+    if wrong := [seed for seed in seeds if not checks.is_whole(seed, 0)]:
+        raise ValueError(f"a seed is {wrong[0]!r}; it must be a whole number from 0 on")
     every = list(map(int, seeds))  # numpy's own cannot be kept as text
     return [
         Job(label, tracker, source, seed)
@@ -99,6 +121,13 @@ def jobs(
         for label, tracker in trackers.items()
         for seed in every
     ]
+
+
+def _several(field: str, things: Iterable[Any]) -> list[Any]:
+    """The things as a list; ValueError for a single one."""
+    if isinstance(things, str) or not isinstance(things, Iterable):
+        raise ValueError(f"{field} is {reprlib.repr(things)}; give several, as a list")
+    return list(things)
 
 
 def run(job: Job) -> dict[str, Any]:
@@ -164,9 +193,12 @@ def _known(job: Job, source: str) -> dict[str, Any] | None:
 
 
 def _identities(jobs: list[Job]) -> list[str]:
-    """What identifies the source of each job; each source is asked once."""
+    """What identifies the source of each job; each source is asked once.
+
+    Empty where nothing does.
+    """
     asked = {id(job.source): job.source for job in jobs}
-    known = {number: cache.identity(source) for number, source in asked.items()}
+    known = {number: cache.identity(source) or "" for number, source in asked.items()}
     return [known[id(job.source)] for job in jobs]
 
 
@@ -191,10 +223,18 @@ def sweep(
 
     Raises
     ------
+    ValueError
+        For a parameter that has the name of another column.
     OSError
         When a row cannot be kept, as on a full disk; those before it are.
     """
     jobs = list(jobs)
+    names = [parameters] if isinstance(parameters, str) else list(parameters)
+    if taken := sorted({*names} & {*WHO, *NUMBERS}):
+        raise ValueError(
+            f"parameters has {taken[0]!r}, a column that every sweep has; leave it "
+            "out, and let the labels of the trackers say it"
+        )
     sources = _identities(jobs)
     rows = [_known(job, of) for job, of in zip(jobs, sources, strict=True)]
     missing = [k for k, row in enumerate(rows) if row is None]
@@ -208,7 +248,6 @@ def sweep(
                 rows[k] = row
                 _keep(jobs[k], sources[k], row)
             bar.update(len(fresh))
-    names = [parameters] if isinstance(parameters, str) else parameters
     columns = {name: [_parameter(job, name) for job in jobs] for name in names}
     return pd.DataFrame(rows).assign(**columns)
 
@@ -225,7 +264,10 @@ def _groups(
     jobs: list[Job], missing: list[int], sources: list[str]
 ) -> list[dict[int, Job]]:
     """The missing jobs, those on one source together: each frame is rendered once."""
-    source = sources.__getitem__
+
+    def source(k: int) -> str:
+        return sources[k] or str(id(jobs[k].source))
+
     ordered = sorted(missing, key=source)
     return [{k: jobs[k] for k in group} for _, group in groupby(ordered, source)]
 

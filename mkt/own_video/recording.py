@@ -136,7 +136,7 @@ class Recorder:
         settings: Settings | None = None,
     ):
         self.done = 0
-        self._title, self._output = title, Path(output)
+        self._title, self._output = title, written_path(output)
         _refuse_ending(self._output)
         refuse_taken(self._output)
         self._first, self._every = settings.part if settings else (0, 1)
@@ -199,7 +199,10 @@ class Recorder:
             _remove(files)
             return "Nothing has been written."
         names = ", ".join(map(str, files))
-        return f"{self.done} frames are in {names}; move them away before the next try."
+        return (
+            f"Of {self.done} frames, what could be written is in {names}; move them "
+            "away before the next try."
+        )
 
     def _named(self):
         return named(self._written[-1])

@@ -45,12 +45,10 @@ def run(
         columns = {name: getattr(made, name) for name in FIELDS}
         return columns | {f"info {name}": a for name, a in made.info.items()}
 
-    code = dependencies.code_of(tracker, source)
-    if code is None:
-        columns = make()
-    else:
-        parts = tracker, cache.identity(source), seed, sorted(keep), code
-        columns = TRACKS.kept(cache.key(*parts), make)
+    code, origin = dependencies.code_of(tracker, source), cache.identity(source)
+    key = cache.key(tracker, origin, seed, sorted(keep), code)
+    known = None not in (code, origin, key)
+    columns = TRACKS.kept(key, make) if known else make()
     names = [name for name in columns if name not in FIELDS]
     info = {name.removeprefix("info "): columns[name] for name in names}
     return Track(columns["regions"], columns["score"], columns["lost"], info)
@@ -87,6 +85,5 @@ def loop_run(experiment: Experiment, until_lost: bool = False) -> Run:
         return close_loop(experiment, until_lost)._asdict()
 
     code = dependencies.code_of(loop, experiment)
-    if code is None:
-        return Run(**make())
-    return Run(**LOOPS.kept(cache.key(experiment, until_lost, code), make))
+    key = cache.key(experiment, until_lost, code)
+    return Run(**(make() if None in (code, key) else LOOPS.kept(key, make)))

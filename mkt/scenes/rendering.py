@@ -97,11 +97,7 @@ class Scene:
             raise ValueError(
                 f"seed is {self.seed!r}; it must be a whole number, at least 0"
             )
-        sides = self.size if isinstance(self.size, tuple) else ()
-        if len(sides) != 2 or not all(checks.is_whole(n, 1) for n in sides):
-            raise ValueError(
-                f"size is {self.size}; it must be two whole numbers, each at least 1"
-            )
+        checks.image_size(self.size)
 
     def sequence(self, name: str = "synthetic scene") -> Sequence:
         """The scene as a `Sequence`, with its exact truth.

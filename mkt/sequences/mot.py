@@ -4,6 +4,7 @@ Rows are `frame,id,left,top,width,height,confidence,class,visibility`, or ten co
 without a visibility.  Frames and pixels are counted from `FIRST`.
 """
 
+import configparser
 import operator
 import os
 from pathlib import Path
@@ -60,9 +61,22 @@ def mot(folder: str | os.PathLike, target: int) -> Sequence:
     visibility[index] = _visibility(rows, numbers)
     refuse_untrue(rows, truth[index], frames)
     name = f"{Path(folder).resolve().name}-{target}"
-    return Sequence(
-        name, frames, truth, visibility, "MOT", upright=True, fps=frames.fps
-    )
+    fps = _frame_rate(Path(folder) / "seqinfo.ini", frames.fps)
+    return Sequence(name, frames, truth, visibility, "MOT", upright=True, fps=fps)
+
+
+def _frame_rate(path: Path, usual: float) -> float:
+    """Frames a second, as a sequence says itself, or as usual where it does not."""
+    said = configparser.ConfigParser()
+    try:
+        said.read(path, encoding="utf-8")
+        rate = said.getfloat("Sequence", "frameRate", fallback=usual)
+    except (configparser.Error, ValueError):
+        rate = 0.0
+    if not 0 < rate < float("inf"):
+        remedy = "write frameRate=25 under [Sequence], or take the file away"
+        raise DataError(path, "no frame rate can be read", remedy)
+    return rate
 
 
 def mot_ids(folder: str | os.PathLike) -> list[int]:

@@ -19,6 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
+from mkt.checks import image_size
 from mkt.regions import CX, CY, HX, HY, THETA, area
 from mkt.types import Array, ArrayLike, Regions
 
@@ -40,17 +41,18 @@ class Camera:
     Raises
     ------
     ValueError
-        For a focal length that is not positive.
+        For a focal length that is not positive and finite, and for another size.
     """
 
     focal: float = 400.0
     size: tuple[int, int] = (320, 240)
 
     def __post_init__(self):
-        if not self.focal > 0:
+        if not 0 < self.focal < np.inf:
             raise ValueError(
                 f"focal is {self.focal}; the focal length in pixels must be positive"
             )
+        image_size(self.size)
 
     @property
     def matrix(self) -> Array:

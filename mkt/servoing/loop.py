@@ -12,6 +12,7 @@ again.
 Explained in notebooks 08 and 09.
 """
 
+import reprlib
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -26,7 +27,7 @@ from mkt.servoing import law
 from mkt.servoing.features import PERIODS, Camera, error, features, interaction_matrix
 from mkt.servoing.robot import OutOfSight, Path, Workspace, move, place, to_and_fro
 from mkt.servoing.self_motion import Kalman, measured_self_motion
-from mkt.tracking import Tracker
+from mkt.tracking import Tracker, check_tracker
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions, Rng
 
 
@@ -234,6 +235,11 @@ class Experiment:
         Noise of the centre and the outline of perfect regions.
     seed : int
         Of all noise but the path's.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
     """
 
     servo: Servo = Servo()
@@ -244,6 +250,33 @@ class Experiment:
     tracker: Tracker | None = None
     jitter: float = 0.0
     seed: int = 0
+
+    def __post_init__(self):
+        if self.tracker is not None:
+            check_tracker(self.tracker)
+        for field, possible, need in (
+            ("servo", isinstance(self.servo, Servo), "a Servo"),
+            ("workspace", isinstance(self.workspace, Workspace), "a Workspace"),
+            ("path", _are_finite(self.path, (None, 4)), "way-points (t, X, Y, theta)"),
+            ("start", _are_finite(self.start, (6,)), "six finite numbers"),
+            ("frames", is_whole(self.frames, 1), "a whole number, at least 1"),
+            ("jitter", 0 <= self.jitter < np.inf, "a number from 0 on"),
+            ("seed", is_whole(self.seed, 0), "a whole number, at least 0"),
+        ):
+            if not possible:
+                found = reprlib.repr(getattr(self, field))
+                raise ValueError(f"{field} is {found}; it must be {need}")
+
+
+def _are_finite(numbers: Any, shape: tuple[int | None, ...]) -> bool:
+    """Whether numbers are finite and of a shape, None for any length but 0."""
+    try:
+        array = np.array(numbers, float)
+    except (TypeError, ValueError):
+        return False
+    fits = array.ndim == len(shape) and array.size > 0
+    fits = fits and all(n in (None, m) for n, m in zip(shape, array.shape, strict=True))
+    return bool(fits and np.isfinite(array).all())
 
 
 class Run(NamedTuple):

@@ -101,6 +101,21 @@ def test_a_reader_who_has_read_enough_is_no_error():
     assert program.stderr.read() == "" and program.wait(60) == 1
 
 
+@pytest.mark.slow
+def test_what_is_to_be_written_is_written_though_nobody_reads_on(tmp_path):
+    program = subprocess.Popen(
+        [sys.executable, "-u", "-m", "mkt", "claims", "--shipped", "-o", "c.csv"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    program.stdout.close()
+    assert program.stderr.read() == "" and program.wait(60) == 1
+    assert (tmp_path / "c.csv").read_text().startswith("claim,")
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_explains_itself_with_examples(command, capsys):
     with pytest.raises(SystemExit) as stopped:

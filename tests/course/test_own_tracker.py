@@ -168,7 +168,9 @@ def test_a_slip_has_its_line_and_what_was_found_before_it_is_named(own):
     said, note = stopped.value.code.splitlines()
     assert f"resting.py, line {line}: ValueError: invalid literal" in said
     rows = (own / "a.csv").read_text().splitlines()
-    assert note.startswith(f"{len(rows) - 1} frames are in a.csv, a.json; move them")
+    assert note.startswith(
+        f"Of {len(rows) - 1} frames, what could be written is in a.csv, a.json; move"
+    )
 
 
 def test_its_name_makes_the_name_of_a_file(own, capsys):

@@ -2,12 +2,14 @@
 
 import json
 import os
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
 from mkt.experiments import cache
 from mkt.experiments.cache import Shelf
+from mkt.servoing.loop import Servo
 from mkt.trackers.ssd import SSD
 
 TEXT = Shelf("text", ".json", cache.as_json, json.loads)
@@ -87,6 +89,48 @@ def test_keys_differ_where_their_parts_do():
     other[1000] = 1e-12
     assert cache.key(many) != cache.key(other)
     assert cache.identity(many) != cache.identity(other)
+
+
+@dataclass(frozen=True)
+class Quiet:
+    """What it prints does not tell one from the other."""
+
+    reach: float = field(repr=False)
+
+
+class Plain:
+    """As one writes a class that is no dataclass; it prints its address."""
+
+    def __init__(self, reach):
+        self.reach = reach
+
+
+class Secret(Plain):
+    def __repr__(self):
+        return "Secret()"
+
+
+@pytest.mark.parametrize("kind", [Quiet, Plain, Secret])
+@pytest.mark.parametrize("within", [lambda x: x, lambda x: [x], lambda x: {"a": x}])
+def test_keys_go_by_what_a_thing_is_not_by_what_it_prints(kind, within):
+    one, same, other = (within(kind(reach)) for reach in (0.5, 0.5, 4.0))
+    assert cache.identity(one) == cache.identity(same) != cache.identity(other)
+    assert cache.key(one) == cache.key(same) != cache.key(other)
+
+
+def test_a_key_outlives_what_a_thing_has_computed_for_itself():
+    before = cache.key(Servo())
+    assert Servo().goal.shape == (4,)
+    servo = Servo()
+    assert servo.goal.shape == (4,) and cache.key(servo) == before
+
+
+def test_what_hides_something_has_no_key():
+    loop = Plain(0)
+    loop.reach = loop
+    hidden = np.random.default_rng(0), len, Plain(iter([1])), np.array([{}]), loop
+    assert [cache.key(SSD(), each) for each in hidden] == [None] * len(hidden)
+    assert [cache.identity(each) for each in hidden] == [None] * len(hidden)
 
 
 def test_keys_differ_where_numbers_do_in_their_last_digit():

@@ -2,7 +2,7 @@
 
 import csv
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from html import unescape
 
 import cv2
@@ -395,3 +395,18 @@ def test_the_release_says_who_leads_where_nothing_was_chosen():
         assert f"{by_name.LABELS[name]}, {cases[name].mean():.2f}" in board.data
     tested = ttest_rel(cases[first], cases[second], alternative="greater")
     assert ("does not pass" in board.data) == (tested.pvalue > leaderboard.LEVEL)
+
+
+def test_no_two_runs_are_written_into_one_file(tmp_path):
+    names = "Good 1", "Good_1", "good 1", "Good/1", "Good 1-2"
+    alike = [Job("ssd", SSD(), replace(Called(), name=name)) for name in names]
+    found = leaderboard._file_names(alike)
+    assert len({name.casefold() for name in found}) == len(names)
+    assert found[0] == "ssd-Good_1-0"
+
+
+@dataclass(frozen=True)
+class Called:
+    """A source that is nothing but a name."""
+
+    name: str = ""

@@ -131,11 +131,18 @@ def test_nothing_proves_nothing():
         ([0.9, 0.9], SHARE, 0.5, "greater", "among (0, 1)"),
         ([2, 0, 1], PAIRS, 0, "less", "among (-1, 0, 1)"),
         ([1, 0, 1], PAIRS, 0.5, "less", "bound is 0.5"),
+        ([0.1, 0.2], MEAN, np.nan, "less", "bound is nan"),
     ],
 )
 def test_what_has_no_test_is_refused(values, statistic, bound, side, said):
     with pytest.raises(ValueError, match=re.escape(said)):
         p_value(values, statistic, bound, side)
+
+
+@pytest.mark.parametrize("level", [-1, 0, 1, 2, np.nan])
+def test_an_interval_holds_neither_nothing_nor_all(level):
+    with pytest.raises(ValueError, match="level is .*; it must lie between 0 and 1"):
+        interval([1.0, 2.0], MEDIAN, level)
 
 
 @pytest.mark.parametrize("statistic, values", [(SHARE, [0.5]), (PAIRS, [-0.5, 1])])

@@ -73,6 +73,31 @@ def test_seeds_may_be_numpy_s_and_a_parameter_may_stand_alone(kept):
     assert made == jobs({"ssd": SSD()}, [Short(Drawn("base"))], range(2))
 
 
+@pytest.mark.parametrize(
+    "trackers, sources, seeds, said",
+    [
+        (SSD(), [Drawn("base")], (0,), "trackers has no labels"),
+        ({"ssd": SSD}, [Drawn("base")], (0,), "is no tracker"),
+        ({"ssd": SSD()}, Drawn("base"), (0,), "sources is Drawn.*several"),
+        ({"ssd": SSD()}, "base", (0,), "sources is 'base'; give several"),
+        ({"ssd": SSD()}, ["base"], (0,), "'base' is no source of a sequence"),
+        ({"ssd": SSD()}, [Drawn("base").sequence()], (0,), "not the sequence itself"),
+        ({"ssd": SSD()}, [Drawn("base")], 3, "seeds is 3; give several"),
+        ({"ssd": SSD()}, [Drawn("base")], [1.9], "a seed is 1.9"),
+        ({"ssd": SSD()}, [Drawn("base")], [-1], "a seed is -1"),
+    ],
+)
+def test_what_makes_no_jobs_is_said(trackers, sources, seeds, said):
+    with pytest.raises(ValueError, match=said):
+        jobs(trackers, sources, seeds)
+
+
+@pytest.mark.parametrize("name", ["steps", "overlap", "seed", "refused"])
+def test_a_parameter_does_not_take_the_place_of_what_was_measured(name):
+    with pytest.raises(ValueError, match=f"parameters has '{name}'"):
+        sweep(short_jobs(), processes=1, parameters=["n", name])
+
+
 def test_rows_come_in_order_and_from_the_cache(kept, monkeypatch):
     rows = sweep(short_jobs(), processes=1)
     assert rows["seed"].tolist() == [0, 1] and rows["source"].tolist() == ["base"] * 2

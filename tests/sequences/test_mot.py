@@ -103,3 +103,19 @@ def test_an_id_is_a_whole_number(target, tmp_path):
     folder = mot_folder(tmp_path, "1,1,11,13,20,10,1,1,1")
     with pytest.raises(TypeError):
         mot(folder, target)
+
+
+def test_the_frame_rate_is_the_one_that_the_sequence_says(tmp_path):
+    folder = mot_folder(tmp_path, f"1,7,{numbers(ONE_BASED)},1,1,1")
+    assert mot(folder, 7).fps == 25
+    said = folder / "seqinfo.ini"
+    said.write_text("[Sequence]\nname=x\nframeRate=7\n")
+    assert mot(folder, 7).fps == 7
+    for text in (
+        "frameRate=7",
+        "[Sequence]\nframeRate=fast",
+        "[Sequence]\nframeRate=0",
+    ):
+        said.write_text(text)
+        with refused("seqinfo.ini", "no frame rate", "write frameRate=25"):
+            mot(folder, 7)

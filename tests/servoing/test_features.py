@@ -135,3 +135,12 @@ def test_alpha_is_the_longer_axis():
 def test_bad_input_is_named(problem, call):
     with pytest.raises(ValueError, match=problem):
         call()
+
+
+@pytest.mark.parametrize(
+    "field, value",
+    [("focal", np.inf), ("focal", 0.0), ("size", 320), ("size", (320, -240))],
+)
+def test_what_is_no_camera_is_refused_with_its_field(field, value):
+    with pytest.raises(ValueError, match=rf"^{field} is"):
+        Camera(**{field: value})

@@ -13,6 +13,7 @@ from mkt.servoing.poles import closed_loop
 from mkt.servoing.robot import OutOfSight, Workspace, circle, move, to_and_fro
 from mkt.servoing.self_motion import OFF, RAW, Kalman
 from mkt.trackers.by_name import get
+from mkt.trackers.ssd import SSD
 from mkt.tracking import report
 
 HEADING = np.pi / 2
@@ -392,6 +393,32 @@ def test_the_smallest_that_makes_sense_is_allowed(fields):
 def test_what_no_controller_can_do_is_refused_with_its_field(field, value):
     with pytest.raises(ValueError, match=rf"^{field} is .*; it must be"):
         Servo(**{field: value})
+
+
+@pytest.mark.parametrize(
+    "field, value",
+    [
+        ("servo", None),
+        ("path", ()),
+        ("path", ((0.0, 0.0),)),
+        ("start", (0,) * 3),
+        ("start", "here"),
+        ("frames", 0),
+        ("frames", -3),
+        ("frames", 8.5),
+        ("jitter", np.nan),
+        ("seed", -1),
+    ],
+)
+def test_what_is_no_experiment_is_refused_with_its_field(field, value):
+    with pytest.raises(ValueError, match=rf"^{field} is .*; it must be"):
+        Experiment(**{field: value})
+
+
+@pytest.mark.parametrize("tracker", ["ssd", SSD])
+def test_an_experiment_takes_no_tracker_s_name_or_class(tracker):
+    with pytest.raises(ValueError, match="is no tracker"):
+        Experiment(tracker=tracker)
 
 
 def test_a_tracker_that_is_lost_need_not_give_a_region():

@@ -191,11 +191,12 @@ def _rank(args) -> None:
     few = leaderboard.HELD_BACK[:FEW]
     board = boards[0] if boards else leaderboard.synthetic(names, args.seeds or few)
     text = leaderboard.as_markdown(board)
-    print(text)
+    # Before they are printed: who reads on may have gone, as with `| head`.
     if output:
         _write(board.rows, text, output)
     if args.tracks:
         leaderboard.write_tracks(board, args.tracks)
+    print(text)
     for trouble in troubles:
         print(f"left out: {trouble}", file=sys.stderr)
 

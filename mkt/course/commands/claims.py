@@ -79,8 +79,9 @@ def run(args) -> None:
     else:
         measured = claims.measure(args.ids, args.seeds or claims.SEEDS)
     results = [claims.judge(one) for one in measured]
-    print(claims_as_text.as_text(results))
+    # Before they are printed: who reads on may have gone, as with `| head`.
     if args.output:
         write_table(pd.DataFrame(claims.as_records(results)), args.output)
     if args.release:
         shipped.write_claims(measured)
+    print(claims_as_text.as_text(results))
