@@ -185,7 +185,7 @@ def test_grade_says_at_ctrl_c_how_many_rows_the_table_has_and_goes_on_from_there
 
     for student in ("ada", "bob"):
         hand_in(toy / "submitted" / student / "toy.ipynb", answer(**GOOD))
-    monkeypatch.setattr(grading, "KERNELS", 1)
+    monkeypatch.setattr(grading, "AT_ONCE", 1)
     with monkeypatch.context() as until_bob:
         until_bob.setattr(grading._Grader, "graded", interrupted)
         with pytest.raises(SystemExit, match="grades.csv has 1 rows; .* goes on"):

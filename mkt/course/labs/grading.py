@@ -15,7 +15,6 @@ from pathlib import Path
 from nbformat import NotebookNode
 from tqdm import tqdm
 
-from mkt.course.book.client import KERNELS
 from mkt.course.labs import pages, sandbox, table
 from mkt.course.labs.marks import (
     answers,
@@ -33,6 +32,7 @@ from mkt.course.labs.table import COLUMNS, Row
 from mkt.course.labs.variants import written_name
 from mkt.files import new_file
 
+AT_ONCE = 2  # submissions, each of which has two processes
 OURS = "not graded, and not by the student's fault"
 OLDER = "an older version of this file"
 ELSEWHERE = "the typed points are in the row of an older version, whose answer differs"
@@ -281,7 +281,7 @@ class _Grader:
 
     def rows(self, found: list[Submission]) -> Iterable[Row]:
         """The rows of submissions, as they come."""
-        with ThreadPoolExecutor(KERNELS) as pool:
+        with ThreadPoolExecutor(AT_ONCE) as pool:
             futures = [pool.submit(self.row, one) for one in found]
             try:
                 bar = tqdm(total=len(found), desc="submissions", disable=None)
