@@ -427,13 +427,14 @@ class Target(NamedTuple):
         return self.q.shape[-1]
 
     def coefficients(self, image: BinImage, regions: ArrayLike) -> Array:
-        """Bhattacharyya coefficients of regions (N, 5) with the reference.
+        """Bhattacharyya coefficients of regions with the reference.
 
         Parameters
         ----------
         image : BinImage
             Of the frame in which to look.
         regions : (N, 5) array_like [px, rad]
+            Or homographies, (N, 3, 3), as for `histograms`.
 
         Returns
         -------

@@ -133,7 +133,7 @@ def _offsets(kernels: Kernels, m: int) -> NDArray:
 
 
 def _counts(target: Target, image: BinImage, region: Region, columns: Array) -> Array:
-    """`count` in a region (5,) of an image, for columns of a `Template`.
+    """`count` in a region (5,), or under a homography (3, 3), of an image.
 
     Each bin is multiplied by its share, and directions are counted from the region's
     own axis.  Because they turn with the region, the derivative by theta has a further
@@ -357,7 +357,10 @@ def minimise(
 
 
 def distance_at(target: Target, image: BinImage, region: Region) -> float:
-    """d_m at one region (5,), counted as the optimiser counts, for its speed."""
+    """d_m at a region (5,) or homography (3, 3), counted as the optimiser counts.
+
+    For one of them that is faster than `mkt.histograms.Target.distances`.
+    """
     columns = template(target.kernels).columns[:, :1]
     counts = _counts(target, image, region, columns)[..., 0]
     q = counts / np.maximum(counts.sum(-1, keepdims=True), EMPTY)

@@ -48,6 +48,8 @@ from mkt.trackers.two_cameras import TwoCameras
 from mkt.tracking import Tracker
 from mkt.types import Array
 
+COLUMNS = ("tracker", "source", "seed", "overlap", "hits", "lost", "cpu_ms")
+
 # The first wish.
 BINS = {"110 bins": ColorBins(), "930 bins": ColorBins(counts=(30, 30, 30))}
 LAMBDA = {
@@ -125,7 +127,6 @@ def moving(*sizes: int) -> dict[str, Tracker]:
 
 # The fourth wish.
 NEAR = 20.0  # [px] from the true middle: a hit
-COLUMNS = ("tracker", "source", "seed", "overlap", "hits", "lost", "cpu_ms")
 EXCHANGES = {
     "alone": (False, 0.0),
     "talking": (True, 0.0),
