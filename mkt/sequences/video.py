@@ -179,7 +179,13 @@ class VideoFile(Frames):
             length += 1
         # Estimates from the duration are off by a frame or a few; a download that broke
         # off lacks more.
-        if length == 0 or length < 0.95 * said - 1:
+        if length == 0:
+            raise DataError(
+                self.path,
+                "no frame of this video can be decoded",
+                "convert it to mp4 or avi, or download it again",
+            )
+        if length < 0.95 * said - 1:
             raise DataError(
                 self.path,
                 f"the video is truncated: {length} of {said} frames can be decoded",

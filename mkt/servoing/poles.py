@@ -52,9 +52,12 @@ def closed_loop(
     Raises
     ------
     ValueError
-        For a frame period or a mismatch that is not positive, or a negative delay.
+        For a frame period or a mismatch that is not positive, a negative delay, and a
+        gain that is not finite.
     """
     check_period(dt)
+    if not np.isfinite(gain):
+        raise ValueError(f"gain is {gain}; it must be a finite number")
     if not mismatch > 0:
         raise ValueError(f"mismatch is {mismatch}; it must be positive")
     if delay < 0:

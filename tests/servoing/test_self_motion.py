@@ -29,6 +29,7 @@ L = interaction_matrix(REGION, UNIT, 0.024)
         ),
         ("dt", lambda: closed_loop(1.0, -0.2)),
         ("mismatch", lambda: closed_loop(1.0, 0.2, mismatch=0.0)),
+        ("gain", lambda: closed_loop(float("nan"), 0.2)),
         ("delay", lambda: closed_loop(1.0, 0.2, delay=-1)),
         ("ratio", lambda: Kalman(-1.0)),
         ("rho", lambda: Kalman(1.0, 1.0)),
