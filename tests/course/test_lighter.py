@@ -4,10 +4,12 @@ import base64
 
 import cv2
 import numpy as np
+import pytest
 from PIL import Image, ImageSequence
 
 from mkt.course.book import lighter
 from mkt.course.book.lighter import lighten
+from mkt.course.book.punctuation import with_signs
 
 
 def test_films_and_pictures_become_files_and_drawings_smaller(tmp_path):
@@ -92,3 +94,22 @@ def test_what_no_reader_sees_goes_and_what_is_code_stays_as_it_is(tmp_path):
     sun = '<symbol id="svg-sun">\n<path/></symbol>\n'
     text = f'<p>a\nb</p><use href="#svg-sun"/>\n{shown}\n'
     assert page.read_text() == sun + text
+
+
+@pytest.mark.parametrize(
+    "text, whole",
+    [
+        ("T is {}.  Will", "T is [{}.]  Will"),
+        ("({}), and {}, {}", "[({}),] and [{},] {}"),
+        ("a {} b", "a {} b"),
+        ("{}\u2019s", "[{}\u2019]s"),
+        ("<div>{}</div>.", "<div>{}</div>."),
+    ],
+)
+def test_a_formula_keeps_the_signs_beside_it(text, whole):
+    formula = '<svg width="1em" class="mkt-math" role="img"><path d="m 1 2" /></svg>'
+    whole = whole.replace("[", '<span class="mkt-whole">').replace("]", "</span>")
+    kept = text.replace("{}", formula)
+    assert with_signs(kept) == whole.replace("{}", formula)
+    other = kept.replace("mkt-math", "icon")
+    assert with_signs(other) == other

@@ -7,7 +7,8 @@ before and after, `mkt.course.book.pages` writes the pages round them,
 their sliders, `mkt.course.book.agreement` says which agree with the printed ones,
 `mkt.course.book.live` writes the scripts that compute in the pages, and
 `mkt.course.book.site` lets Sphinx make the site of it all, with three extensions for it
-beside them; `mkt.course.book.lighter` takes pictures and films out of the pages, and
+beside them; `mkt.course.book.lighter` takes pictures and films out of the pages,
+`mkt.course.book.punctuation` keeps formulas and signs together, and
 `mkt.course.book.security` says what these may do.
 `mkt.course.book.depends` says what has to be made again.
 """
