@@ -67,17 +67,9 @@ class Success {
 
   draw() {
     const { limit } = this.controls.values;
-    const [first, second] = this.rows;
     const percent = ({ share }) => `${(100 * share).toFixed(1)} %`;
-    const next =
-      first.share === second.share
-        ? `and so is ${second.label}`
-        : `then ${second.label} with ${percent(second)}`;
-    const best =
-      `first is ${first.label} with ${percent(first)} of the seen ` + `frames, ${next}`;
-    this.said.textContent =
-      `At T_lim = ${number(limit)}: ` +
-      `${first.share ? best : "no tracker exceeds it"}.`;
+    const best = this.rows[0].share ? this.best(percent) : "no tracker exceeds it";
+    this.said.textContent = `At T_lim = ${number(limit)}: ${best}.`;
     const order = this.rows.map((row) => `${row.label} ${percent(row)}`).join(", ");
     this.curves.node.setAttribute(
       "aria-label",
@@ -87,6 +79,20 @@ class Success {
     this.ranking.node.setAttribute("aria-label", `Ranking: ${order}`);
     this.curves.redraw();
     this.ranking.redraw();
+  }
+
+  // All who are first, and who comes next.
+  best(percent) {
+    const [{ share }] = this.rows;
+    const tied = this.rows.filter((row) => row.share === share);
+    const labels = tied.map(({ label }) => label).join("; "); // which have commas
+    const names = labels.replace(/; ([^;]*)$/, " and $1");
+    const next = this.rows[tied.length];
+    return (
+      `first ${tied.length > 1 ? "are" : "is"} ${names} with ` +
+      `${percent(tied[0])} of the seen frames` +
+      (next ? `, then ${next.label} with ${percent(next)}` : "")
+    );
   }
 
   curveBox(width, height) {
