@@ -104,7 +104,7 @@ class Surfaces {
     this.canvases = [0, 1].map(
       (k) => new Canvas("", 1.05, (...pen) => this.drawMap(k, ...pen)),
     );
-    this.cut = new Canvas("", 0.3, (...pen) => this.drawCut(...pen), 190);
+    this.cut = new Canvas("", 0.3, (...pen) => this.drawCut(...pen), 208);
     this.cut.node.classList.add("mkt-wide");
     this.hands();
     this.said = el("p", { class: "mkt-note", role: "status" });
@@ -187,6 +187,11 @@ class Surfaces {
     return displaced(this.data.region, x, 0, (rotation * Math.PI) / 180);
   }
 
+  // Whether the point is one of the maps'.
+  onMaps() {
+    return Math.abs(this.controls.values.x) <= this.extent;
+  }
+
   draw() {
     if (!this.pairs) return;
     const { x, rotation } = this.controls.values;
@@ -198,7 +203,8 @@ class Surfaces {
     const [one, other] = this.pairs.map(({ name }) => name);
     const place = `x = ${number(x)} px, rotation = ${number(rotation)} degrees`;
     this.said.textContent =
-      `At ${place}: distance ${words[0]} for ${one}, ${words[1]} for ` + `${other}.`;
+      `At ${place}${this.onMaps() ? "" : ", outside the maps"}: ` +
+      `distance ${words[0]} for ${one}, ${words[1]} for ${other}.`;
     this.frame.node.setAttribute("aria-label", `The frame with the region at ${place}`);
     this.cut.node.setAttribute(
       "aria-label",
@@ -257,7 +263,8 @@ class Surfaces {
       ylabel: `${this.pairs[k].title}, rotation [deg]`,
     };
     const { across, down } = axes(pen, [left, top, w, h], limits);
-    const [u, v] = [across(Math.min(Math.max(x, -extent), extent)), down(rotation)];
+    if (!this.onMaps()) return;
+    const [u, v] = [across(x), down(rotation)];
     for (const [style, thick] of [
       ["#fff", 4],
       [RED, 2],
@@ -277,7 +284,7 @@ class Surfaces {
 
   drawCut(pen, width, height) {
     if (!this.cuts) return;
-    const box = [38, 22, width - 50, height - 62];
+    const box = [38, 40, width - 50, height - 80]; // the legend is above
     const { x, rotation } = this.controls.values;
     const limits = {
       x: [-TURN, TURN],
@@ -297,9 +304,9 @@ class Surfaces {
       pen.setLineDash(k ? [] : [6, 4]);
       pen.stroke();
       pen.setLineDash([]);
-      pen.fillRect(across(-TURN) + 10 + 130 * k, 30, 16, 3);
+      pen.fillRect(across(-TURN) + 130 * k, 10, 16, 3);
       Object.assign(pen, { fillStyle: ink, textAlign: "left" });
-      pen.fillText(this.pairs[k].title, across(-TURN) + 31 + 130 * k, 36);
+      pen.fillText(this.pairs[k].title, across(-TURN) + 21 + 130 * k, 16);
       pen.beginPath();
       pen.arc(across(rotation), down(this.here[k]), 4, 0, 7);
       pen.fillStyle = RED;
