@@ -64,9 +64,9 @@ class Chance {
     this.said.textContent =
       `Of ${particles} samples ${number(p * particles)} appear by ` +
       "chance in a frame, on average; more than " +
-      `${most(b, particles)} start the tracking: ${start}. With ` +
-      `${percent(none)} there is no false start in ${this.wait} ` +
-      "frames.";
+      `${most(b, particles)} start the tracking: ${start}. With a ` +
+      `probability of ${percent(none)} there is no false start in ` +
+      `${this.wait} frames.`;
     this.counts.node.setAttribute(
       "aria-label",
       "How many samples appear by chance: a false start with " +
@@ -74,7 +74,7 @@ class Chance {
     );
     this.waits.node.setAttribute(
       "aria-label",
-      `No false start in ${this.wait} frames with ${percent(none)}`,
+      `No false start in ${this.wait} frames with a probability of ${percent(none)}`,
     );
     this.counts.redraw();
     this.waits.redraw();
@@ -129,18 +129,29 @@ class Chance {
         for (const end of ends) pen.lineTo(across(end), down(none));
       });
       pen.stroke();
-      return waited.findIndex((none) => none > 0.5) / particles;
+      return waited;
     };
     Object.assign(pen, { strokeStyle: GREY, lineWidth: 1 });
-    pen.textAlign = "right";
-    for (const share of this.compared.filter((each) => each !== epsilon)) {
-      const half = line(binomial(particles, share / 100));
-      pen.fillText(`${share} %`, across(half) - 4, down(0.6));
-    }
+    const others = this.compared.filter((each) => each !== epsilon);
+    const labels = others.map((share, k) => {
+      const waited = line(binomial(particles, share / 100));
+      const height = (k + 1) / (others.length + 1);
+      const limit = waited.findIndex((none) => none > height) / particles;
+      return [`${share} %`, across(Math.min(limit, this.highest)), down(height)];
+    });
     Object.assign(pen, { strokeStyle: this.colors[0], lineWidth: 2.5 });
     line(this.probabilities);
     pen.strokeStyle = ink;
     this.drawLimits(pen, box, across);
+    for (const label of labels) this.interrupt(pen, ...label);
+  }
+
+  // Words on a curve, in a gap of all that is drawn.
+  interrupt(pen, words, x, y) {
+    const half = pen.measureText(words).width / 2 + 2;
+    pen.clearRect(x - half, y - 8, 2 * half, 16);
+    pen.textAlign = "center";
+    pen.fillText(words, x, y + 4);
   }
 
   drawLimits(pen, [, top, , height], across) {
