@@ -20,7 +20,7 @@ import {
 const [WAITING, APPEARS, STUDENT, DOOR] = ["#fff", "#d62728", "#009e73", "#e49c00"];
 const REACH = 2; // spreads of a door, as far as it is drawn
 const [RUG, GAP] = [10, 8]; // [px] of a sample's mark below the histogram, and over it
-const [BARS, LEGEND] = ["#999", 0.92]; // where the legend ends
+const BARS = "#999";
 
 class Doors {
   constructor(panel, name, data) {
@@ -61,7 +61,7 @@ class Doors {
     };
     this.controls = new Controls(name, fields, () => this.follow());
     this.view = new Canvas("", height / width, (...pen) => this.drawView(...pen));
-    this.plot = new Canvas("", 0.75, (...pen) => this.drawPlot(...pen), 240);
+    this.plot = new Canvas("", 0.75, (...pen) => this.drawPlot(...pen), 258);
     this.said = el("p", { class: "mkt-note", role: "status" });
     const hint = el(
       "p",
@@ -185,7 +185,7 @@ class Doors {
     const ink = pen.fillStyle;
     const { counts, mean } = this.around;
     const tallest = Math.max(...counts);
-    const box = [34, 22, width - 42, height - 84];
+    const box = [34, 40, width - 42, height - 102]; // the legend is above
     const { across, down } = axes(pen, box, {
       x: [0, 1],
       y: [0, tallest],
@@ -202,15 +202,17 @@ class Doors {
       [this.limit, APPEARS, `\u03bc + ${number(sigmas)} \u03c3`],
       [this.student, STUDENT, "student"],
     ];
-    pen.textAlign = "right";
-    lines.forEach(([value, color, label], i) => {
-      const y = box[1] + 14 + 15 * i;
+    pen.textAlign = "left";
+    let [left] = box;
+    for (const [value, color, label] of lines) {
+      const words = `${label} ${value.toFixed(2)}`;
       pen.fillStyle = color;
       pen.fillRect(across(value) - 1, box[1], 2, box[3]);
-      pen.fillRect(across(LEGEND) + 4, y - 9, 9, 9);
+      pen.fillRect(left, 7, 9, 9);
       pen.fillStyle = ink;
-      pen.fillText(`${label} ${value.toFixed(2)}`, across(LEGEND), y);
-    });
+      pen.fillText(words, left + 13, 16);
+      left += 27 + pen.measureText(words).width;
+    }
     const below =
       this.background.filter((rho) => rho <= this.limit).length /
       this.background.length;
