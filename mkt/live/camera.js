@@ -69,7 +69,7 @@ class Tracking {
     );
     this.stage.node.classList.add("mkt-wide");
     const curve = (title, value, color, top) =>
-      new Canvas(title, 0.45, (...pen) =>
+      new Canvas(`${title} of the last ${KEPT} frames`, 0.45, (...pen) =>
         this.drawCurve(title, value, color, top, ...pen),
       );
     this.curves = [
@@ -101,6 +101,7 @@ class Tracking {
       sources,
       this.said,
       stage,
+      el("p", { class: "mkt-note" }, `The curves show the last ${KEPT} frames.`),
       this.numbers,
       acts,
       node,
@@ -253,6 +254,9 @@ class Tracking {
     this.tracking = false;
     this.learning = false; // what is under way is of the old box
     this.found = null;
+    this.history = [];
+    this.numbers.textContent = "";
+    for (const canvas of this.curves) canvas.redraw();
     this.tell("Draw a box round something, then track it.");
   }
 
@@ -287,8 +291,8 @@ class Tracking {
     this.numbers.textContent =
       `${lost ? "LOST" : "found"} \u00b7 distance ${distance.toFixed(2)} \u00b7 ` +
       `likelihood ${likelihood.toFixed(2)} \u00b7 N_eff ${nEff.toFixed(0)} \u00b7 ` +
-      (`${steps} Newton steps \u00b7 ${cost.toFixed(1)} ms a frame ` +
-        `\u00b7 ${rate} frames a second`);
+      `${steps} Newton ${steps === 1 ? "step" : "steps"} \u00b7 ` +
+      `${cost.toFixed(1)} ms a frame \u00b7 ${rate} frames a second`;
   }
 
   draw(pen, width, height) {
@@ -328,7 +332,7 @@ class Tracking {
     const { across, down } = axes(pen, box, {
       x: [-KEPT, 0],
       y: [0, top()],
-      ylabel: `${title}, last ${KEPT} frames`,
+      ylabel: title,
     });
     const last = this.history.length;
     pen.beginPath();
