@@ -255,7 +255,7 @@ class Newton {
   // O along the next step, and the parabola whose lowest point the step goes to.
   drawSlope(pen, width, height) {
     if (!this.path) return;
-    const from = this.path[Math.min(this.taken, STEPS - 1)];
+    const from = this.path[this.taken];
     const derivative = this.controls.values.derivative_of_c === "True";
     const at = differentiate(this.target, this.images[1], from, derivative);
     const step = newtonStep(at, this.target);
