@@ -263,7 +263,7 @@ class Wall {
     const { frame } = this.controls.values;
     const [all, left] = [this.jobs().length, this.missing().length];
     const done = left ? `${all - left} of ${all} runs done` : "All runs done";
-    const state = this.photos ? done : "painting the frames";
+    const state = this.photos ? done : "Painting the frames";
     this.stage.setAttribute("aria-busy", String(!this.photos || left > 0));
     const hidden = 100 - Math.round(100 * this.visible(frame));
     this.said.textContent =
