@@ -78,7 +78,7 @@ class Comparisons {
 
   done() {
     const { left, particles } = this.controls.values;
-    return Math.max(particles - left, 0);
+    return particles - left;
   }
 
   // So many draws more.
@@ -95,7 +95,10 @@ class Comparisons {
 
   follow(begun) {
     if (begun) this.player.stop();
-    const { particles, largest, seed } = this.controls.values;
+    const { values } = this.controls;
+    const { particles, largest, seed } = values;
+    values.left = Math.min(values.left, particles);
+    this.controls.show();
     const { cumulative, u } = drawn(particles, random(seed));
     this.chosen = ancestors(cumulative, u, false).chosen;
     const asked = `${largest} ${seed}`;
@@ -129,9 +132,9 @@ class Comparisons {
     const last = done ? `The last one took particle ${this.chosen[done - 1]}. ` : "";
     this.said.textContent =
       `${done} of ${this.chosen.length} draws: ${counts[0]} ` +
-      `comparisons where each search begins anew, ${counts[1]} in ` +
-      `one sweep. ${last}With ${this.sizes.at(-1)} particles this ` +
-      `browser takes ${anew} and ${swept} ms.`;
+      `${counts[0] === 1 ? "comparison" : "comparisons"} where each search ` +
+      `begins anew, ${counts[1]} in one sweep. ${last}With ` +
+      `${this.sizes.at(-1)} particles this browser takes ${anew} and ${swept} ms.`;
     this.rows.node.setAttribute(
       "aria-label",
       "The particles that each draw is compared with: " + `${counts.join(" and ")}`,
