@@ -84,15 +84,14 @@ class Resampling {
     if (!this.shares) return;
     const ink = pen.fillStyle;
     const [left, wide, top, bottom] = [6, width - 12, 44, height - 8];
+    const many = this.darts.length;
     const residual = this.controls.values.scheme === "residual";
+    const over = many
+      ? "what rounding left over, and the draws from it"
+      : "nothing is left over";
     pen.textAlign = "left";
-    pen.fillText(
-      residual
-        ? "what rounding left over, and the draws from it"
-        : `${this.darts.length} draws`,
-      left,
-      12,
-    );
+    pen.fillText(residual ? over : `${many} draws`, left, 12);
+    if (!many) return;
     let from = 0;
     this.shares.forEach((share, i) => {
       pen.fillStyle = this.colors[i % this.colors.length];
