@@ -93,7 +93,8 @@ class RootLocus {
       `Largest pole ${this.radius.toFixed(3)}: ${stable}. ${product} ` +
       `= ${number(gain / fps / mismatch)}, ${this.chosen.length} ` +
       `${this.chosen.length > 1 ? "poles" : "pole"} beside values ` +
-      `that are stored for one frame, greatest distance ${reach}.`;
+      `that are stored for one frame, greatest distance ${reach}.` +
+      this.outside();
     const words = this.chosen.map(
       ([re, im]) =>
         `${re.toFixed(2)} ${im < 0 ? "-" : "+"} ${Math.abs(im).toFixed(2)} i`,
@@ -110,6 +111,14 @@ class RootLocus {
     );
     this.plane.redraw();
     this.answer.redraw();
+  }
+
+  // In words, whether some pole is not drawn.
+  outside() {
+    const away = this.chosen.some(
+      ([re, im]) => Math.abs(re) > REAL || Math.abs(im) > IMAGINARY,
+    );
+    return away ? " A pole lies outside of the plane shown." : "";
   }
 
   // Both axes alike, however wide the canvas is.
