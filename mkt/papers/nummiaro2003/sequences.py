@@ -483,8 +483,9 @@ def fig9(
     The sequence of figure 8.  Black is the truth, which the print does not have;
     coloured are two runs that differ in the tracker's random numbers, the one of figure
     8 thick.  The title counts the errors only in the frames in which the van is held,
-    with an overlap above .2, and says how many these are.  At the right, how alike the
-    model of that run is to the van as it looks at the time (full line) and to what is
+    with an overlap above .2, and says how many these are: its shares are of the frames
+    of both runs, those of figure 8 of one run.  At the right, how alike the model of
+    figure 8's run is to the van as it looks at the time (full line) and to what is
     beside it (dotted): when the dotted line comes up to the full one, the tracker has
     learnt the background.  The thin line is the tracker's own score, the coefficient of
     its estimate with its model.  The paper finds the scale estimated better with the
