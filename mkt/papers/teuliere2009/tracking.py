@@ -147,7 +147,7 @@ def fig6(
     A run is lost when it misses the target in most of the last ten frames.  The paper
     shows one run on one real sequence, and its filters come through.  Here that depends
     on the path, and SSD finds a target again that comes out where it went in: take
-    another seed.
+    another path (the seed).
     """
     clip, regions = _occluded_runs(particles, threshold, occlusion, seed)
     position, orientation, lost = before_and_after(regions, clip)
