@@ -613,7 +613,7 @@ def test_the_line_of_chance_is_dragged_to_where_no_start_is_false(opened):
     assert number(panel, "more than") == 104  # of 400, not rounded to 100
     chance = FIGURES["own.chance"]
     none = chance.draw(particles=400, epsilon=2.5, b=0.26)[1]["none"]
-    assert number(panel, "With") == pytest.approx(100 * none, abs=0.05)
+    assert number(panel, "With a probability of") == pytest.approx(100 * none, abs=0.05)
     waits = panel.locator("canvas").nth(1)
     drag(page, waits, (0.5, 0.5), (0.265, 0.5))
     page.wait_for_url("**b=0.0*")
@@ -621,7 +621,7 @@ def test_the_line_of_chance_is_dragged_to_where_no_start_is_false(opened):
     waits.press("ArrowLeft")
     page.wait_for_url(f"**b={b - 0.01:.2f}*")
     none = chance.draw(particles=400, epsilon=2.5, b=round(b - 0.01, 2))[1]["none"]
-    assert number(panel, "With") == pytest.approx(100 * none, abs=0.05)
+    assert number(panel, "With a probability of") == pytest.approx(100 * none, abs=0.05)
 
 
 def appearing(panel):
