@@ -7,6 +7,7 @@ import { Canvas, Controls, el, number, takeOver } from "./page.js";
 
 const SAMPLES = 1200;
 const [BLUE, LIGHT] = ["#1e7dc1", "#fff"];
+const WIDEST = { one: 1, "2x2": 1.25, tiles: 1 }; // spans that stay inside the object
 
 class Kernels {
   constructor(panel, name, { fields }) {
@@ -36,7 +37,8 @@ class Kernels {
   }
 
   async follow() {
-    const { layout: name, span, item } = this.controls.values;
+    const { layout: name, item, span: asked } = this.controls.values;
+    const span = Math.min(asked, WIDEST[name] ?? asked);
     this.wanted = item;
     if (this.item !== item) {
       const { region, picture } = await still(item, "hsv");
@@ -60,6 +62,12 @@ class Kernels {
     return this.controls.values.kernel - 1;
   }
 
+  // In words, what was cut off the span.
+  cut() {
+    const { span } = this.spec;
+    return span < this.controls.values.span ? ` Its span stays ${span}.` : "";
+  }
+
   draw() {
     const { starts, weight, x } = this.kernels;
     const k = this.chosen();
@@ -71,8 +79,8 @@ class Kernels {
     this.said.textContent =
       `Kernel ${k + 1} of ${many}, ${this.spec.profile}: it sees ` +
       `${mine.length} of ${all} samples, worth ${Math.round(worth)} ` +
-      `equal ones (1 / sum K\u00b2). Some kernel sees ${covered} % ` +
-      "of the object.";
+      `equal ones (1 / sum K\u00b2). ${covered} % of the object lies ` +
+      `under at least one kernel.${this.cut()}`;
     this.object.node.setAttribute(
       "aria-label",
       `The object with ${many} kernels, number ${k + 1} thick`,

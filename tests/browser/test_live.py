@@ -19,7 +19,7 @@ from mkt.figures.live import MODULES
 from mkt.figures.registry import FIGURES
 from mkt.histograms import histograms, learn
 from mkt.kernels import Kernels
-from mkt.papers.teuliere2009.histograms import still
+from mkt.papers.teuliere2009.histograms import WIDEST, still
 from mkt.regions import displaced
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
@@ -454,14 +454,16 @@ def test_a_bar_lights_its_pixels_and_a_pixel_its_bar(opened):
     page.wait_for_url("**#fig1?x=*")
 
 
-@pytest.mark.parametrize("layout, span", [("one", 1.0), ("3x3", 1.2), ("tiles", 1.0)])
+@pytest.mark.parametrize("layout, span", [("one", 1.3), ("3x3", 1.2), ("tiles", 1.0)])
 def test_figure_2_weighs_as_python_does(opened, layout, span):
     page = opened(HISTOGRAMS, f"#fig2?layout={layout}&span={span}&kernel=4")
     panel = ready(page, "samples, worth", 1)
     profile = "uniform" if layout == "tiles" else "epanechnikov"
-    kernels = Kernels(layout, profile, span).fitted(still("car").truth[0])
+    inside = min(span, WIDEST.get(layout, span))
+    kernels = Kernels(layout, profile, inside).fitted(still("car").truth[0])
     k = min(4, len(kernels.weights)) - 1
     weights = np.asarray(kernels.weights)[k]
+    assert ("Its span stays 1." in panel.inner_text()) == (layout == "one")
     assert number(panel, "it sees") == np.count_nonzero(weights)
     assert slide(panel, "kernel").input_value() == str(k + 1)
     assert number(panel, "worth") == round(1 / np.sum(weights**2))

@@ -13,6 +13,8 @@ import pytest
 
 from mkt.figures.registry import FIGURES, figure
 from mkt.files import ROOT
+from mkt.kernels import Kernels
+from mkt.papers.teuliere2009.histograms import still
 from mkt.registry import UnknownName
 from mkt.scenes.textures import OBJECTS
 from tests.lot import DAY
@@ -140,6 +142,17 @@ def test_fig1_histogram_sums_to_one(item):
 def test_fig2_kernels_cover_the_object(layout):
     least = 0.999 if layout == "tiles" else 0.7
     assert numbers("teuliere2009.fig2", layout=layout)["covered"] > least
+
+
+@pytest.mark.parametrize("layout", ["one", "2x2", "3x3", "4x4", "tiles"])
+def test_fig2_kernels_stay_inside_the_object_whatever_the_span(layout):
+    table = numbers("teuliere2009.fig2", layout=layout, span=1.4).table
+    reach = [
+        abs(table["x"]) + table["half width"],
+        abs(table["y"]) + table["half height"],
+    ]
+    sides = Kernels(layout).fitted(still("car").truth[0]).half_sides
+    assert np.all(np.max(reach, axis=1) <= sides + 1e-9)
 
 
 @pytest.mark.parametrize("item", OBJECTS)

@@ -38,6 +38,8 @@ WIDTH = 96.0  # of the object [px]; ours, the paper does not say
 # pixels too.
 MIDDLE = (159.5, 119.5)
 LEVELS = (0, 0.9)  # of the distance, for its colours
+# The largest spans with which kernels stay inside an object of any aspect.
+WIDEST = {"one": 1.0, "2x2": 1.25, "tiles": 1.0}
 HIGHEST = 0.65  # a bar of figure 1, over all its sliders
 
 
@@ -173,12 +175,14 @@ def fig2(
     each kernel gives to each place, white being none. The paper draws nine kernels
     without saying where they end: here they stay inside the object, neighbours half a
     radius apart along its shorter side.  Tiles are the nine parts of the particle
-    filter, which have constant weight.
+    filter, which have constant weight.  One kernel and the tiles fill the object at a
+    span of 1, and 2x2 at 1.25: beyond that they grow no more.
     """
     clip = still(item)
     region, frame = clip.truth[0], clip.frames[0]
     if layout == "tiles":
         profile = "uniform"
+    span = min(span, WIDEST.get(layout, span))
     kernels = Kernels(layout, profile, span).fitted(region)
     maps = _weight_maps(kernels, _cells(kernels, 120))
     picture = _pulled_back(frame, region, _cells(kernels, 160))
