@@ -633,7 +633,7 @@ def appearing(panel):
 
 def test_the_ranking_follows_a_limit_that_moves_freely(opened):
     page = opened(SUCCESS, "#success?limit=0.37&scene=look-alike&seed=1")
-    panel = ready(page, "first is")
+    panel = ready(page, "first (is|are)")
     settings = {"limit": 0.37, "scene": "look-alike", "seed": 1}
     shown = FIGURES["own.success"].draw(**settings)[1]
     best = float(re.search(r"with ([\d.]+) %", panel.inner_text())[1])
@@ -655,7 +655,7 @@ HELD = """canvas => {
 
 def test_back_to_the_page_as_it_came_shows_its_figures_so(opened):
     page = opened(SUCCESS)
-    panel = ready(page, "first is")
+    panel = ready(page, "first (is|are)")
     panel.locator("canvas").first.evaluate(HELD)
     page.wait_for_url("**#success?limit=0.25")
     page.go_back()
