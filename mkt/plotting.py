@@ -215,8 +215,11 @@ def film_strip(
         for ax, k in zip(row, frames, strict=True):
             draw_tracked(ax, clip.frames[k], clip.truth[k], regions[k], color)
         at = row[0].get_position()
-        style: dict[str, Any] = {"color": color, "fontweight": "bold", "va": "bottom"}
-        fig.text(at.x0, at.y1 + 0.04 * inch, title, **style)
+        above = at.y1 + 0.04 * inch
+        beside = at.x0 + 0.16 / fig.get_figwidth()
+        # The mark alone has the colour: words in a pale one cannot be read.
+        fig.text(at.x0, above, "\N{BLACK SQUARE}", color=color, va="bottom")
+        fig.text(beside, above, title, fontweight="bold", va="bottom")
     for ax, k in zip(axes[0], frames, strict=True):
         at = ax.get_position()
         middle, above = (at.x0 + at.x1) / 2, at.y1 + 0.27 * inch
