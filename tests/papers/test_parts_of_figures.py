@@ -64,7 +64,7 @@ def test_table_1_has_the_mean_of_the_runs_and_the_best_mean_bold(monkeypatch):
     shares[RIVALS["pfhr plain"]] = np.array([60.0, 60, 90])
     shares[RIVALS["sir"]] = np.array([64.0, 65, 66])
     monkeypatch.delenv("MKT_DATA", raising=False)
-    monkeypatch.setattr(table1, "_seen", lambda origin: 100.0)
+    monkeypatch.setattr(table1, "share_seen", lambda origin: 1.0)
     monkeypatch.setattr(table1, "percent", lambda one, *more: shares[one])
     fig = new_figure((10, 5))
     shown = table1.table1(fig)
