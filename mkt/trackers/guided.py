@@ -216,6 +216,8 @@ class Guided:
     def __post_init__(self):
         checks.counts(self, "n", "steps")
         checks.counts(self, "starts", least=0)
+        checks.shares(self, "renewed")
+        checks.not_negative(self, "place", "size", "widening")
         checks.positive(self.motion, "position")
         self.fine.check_slopes()
 
