@@ -121,6 +121,11 @@ def grabbed(frame: Frame, region: ArrayLike) -> NDArray:
     Returns
     -------
     (SIDE, SIDE) array of 0 and 1
+
+    Raises
+    ------
+    ValueError
+        As `patch` does.
     """
     seen = np.ascontiguousarray(patch(frame, region))
     labels = np.zeros(seen.shape[:2], np.uint8)
@@ -146,6 +151,11 @@ def by_colour(frame: Frame, region: ArrayLike) -> NDArray:
     -------
     (SIDE, SIDE) array in [0, 1]
         Smoothed over three pixels.
+
+    Raises
+    ------
+    ValueError
+        As `patch` does.
     """
     bins = ColorBins()
     labels = bins(patch(frame, region)).labels

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -75,8 +75,9 @@ def spelled(thing: Any) -> str:
         # In full: in short two can look the same.
         with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
             return repr(thing)
-    kind = type(thing)
-    return f"{kind.__module__}.{kind.__qualname__}({_inside(thing)})"
+    kind, more = type(thing), _beside(thing)
+    inside = f"{kind.__module__}.{kind.__qualname__}({_inside(thing)})"
+    return inside + spelled(more) if more else inside
 
 
 def _inside(thing: Any) -> str:
@@ -97,6 +98,24 @@ def _inside(thing: Any) -> str:
     if is_dataclass(thing) and not isinstance(thing, type):
         return spelled({one.name: getattr(thing, one.name) for one in fields(thing)})
     return spelled(_state(thing))
+
+
+def _beside(thing: Any) -> dict[str, Any]:
+    """What a class that was made of a dataclass or a container keeps beside it.
+
+    What was computed from fields and is remembered (`cached_property`) says nothing.
+    """
+    if hasattr(thing, "identity") or not (
+        is_dataclass(thing) or isinstance(thing, dict | set | frozenset | tuple | list)
+    ):
+        return {}
+    known = {one.name for one in fields(thing)} if is_dataclass(thing) else set()
+    return {
+        name: value
+        for name, value in getattr(thing, "__dict__", {}).items()
+        if name not in known
+        if not isinstance(getattr(type(thing), name, None), cached_property)
+    }
 
 
 def _state(thing: Any) -> Any:

@@ -309,9 +309,8 @@ def write_tracks(board: Board, folder: Path, processes: int = -1) -> None:
     ----------
     board : Board
     folder : Path
-        Made where there is none; a file is TRACKER-SOURCE-SEED, where letters that a
-        name of a file may not have are left out, and a number tells those apart that
-        are then alike.
+        Made where there is none; a file is TRACKER-SOURCE-SEED, with _ for letters that
+        the name of a file may not have, and a number where two would be alike.
     processes : int
         At once; -1 for as many as there are cores.
 

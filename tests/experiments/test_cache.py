@@ -110,7 +110,24 @@ class Secret(Plain):
         return "Secret()"
 
 
-@pytest.mark.parametrize("kind", [Quiet, Plain, Secret])
+class Grown(SSD):
+    """A subclass of a dataclass that is none itself."""
+
+    def __init__(self, reach):
+        super().__init__()
+        object.__setattr__(self, "reach", reach)
+
+
+class Pair(tuple):
+    """A container that keeps more than it contains."""
+
+    def __new__(cls, reach):
+        made = super().__new__(cls, (1, 2))
+        made.reach = reach
+        return made
+
+
+@pytest.mark.parametrize("kind", [Quiet, Plain, Secret, Grown, Pair])
 @pytest.mark.parametrize("within", [lambda x: x, lambda x: [x], lambda x: {"a": x}])
 def test_keys_go_by_what_a_thing_is_not_by_what_it_prints(kind, within):
     one, same, other = (within(kind(reach)) for reach in (0.5, 0.5, 4.0))
