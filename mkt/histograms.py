@@ -446,7 +446,10 @@ class Target(NamedTuple):
             For an image of another number of bins, and as `histograms` does.
         """
         self.check(image)
-        rho = coefficient(histograms(image, self.kernels, regions), self.q)
+        q = histograms(image, self.kernels, regions)
+        # In place: a second array of this size can double the time, where the system
+        # takes both back after every call and gives them anew, page by page.
+        rho = np.einsum("njm,jm->nj", np.sqrt(q, out=q), np.sqrt(self.q))
         return rho if self.learnt is None else rho[:, self.learnt]
 
     def distances(self, image: BinImage, regions: ArrayLike) -> Array:
