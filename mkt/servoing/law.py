@@ -92,18 +92,22 @@ def twist(
     Raises
     ------
     ValueError
-        For another dof, an error that is not finite, and where L is singular.
+        For another dof, a gain or an error that is not finite, and where L is singular.
     """
     if dof not in AXES:
         raise ValueError(f"dof is {dof}; it must be 6, or 4 for vx, vy, vz, wz")
     axes = list(AXES[dof])
-    rate = gain(e) if callable(gain) else gain
-    wanted = -rate * e - de_dt
-    if not np.isfinite(wanted).all():
+    if not (np.isfinite(e).all() and np.isfinite(de_dt).all()):
         raise ValueError(
             f"the error {in_words(e)} or its estimated rate is not finite; "
             "give features of a region that was seen"
         )
+    rate = gain(e) if callable(gain) else gain
+    if not np.isfinite(rate):
+        raise ValueError(
+            f"gain is {rate} at the error {in_words(e)}; it must be finite"
+        )
+    wanted = -rate * e - de_dt
     v = np.zeros(6)
     v[axes] = _least_solution(L[:, axes], wanted)
     if not np.abs(L @ v - wanted).max() <= 1e-6 * np.abs(wanted).max():

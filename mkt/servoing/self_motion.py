@@ -28,6 +28,7 @@ import numpy as np
 from mkt.servoing.features import error
 from mkt.types import Array, ArrayLike
 
+RATIOS = 1e-12, 1e12  # of Q / R, beyond which a filter is hardly off or raw
 Matrices = tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike]  # A, B, C, D
 
 
@@ -78,7 +79,8 @@ class Kalman:
     Parameters
     ----------
     ratio : float
-        Q / R, from 0 (compensation off) to infinity (raw).
+        Q / R, from 0 (compensation off) to infinity (raw); between its two ends it must
+        be one whose gain can be computed, see `RATIOS`.
     rho : float
         Correlation of the noise from one frame to the next, in [0, 1).
 
@@ -94,6 +96,11 @@ class Kalman:
     def __post_init__(self):
         if not self.ratio >= 0:
             raise ValueError(f"ratio is {self.ratio}; Q / R cannot be negative")
+        if 0 < self.ratio < np.inf and not RATIOS[0] <= self.ratio <= RATIOS[1]:
+            raise ValueError(
+                f"ratio is {self.ratio}; take 0, infinity, or a number from "
+                f"{RATIOS[0]:g} to {RATIOS[1]:g}"
+            )
         if not 0 <= self.rho < 1:
             raise ValueError(
                 f"rho is {self.rho}; the noise's correlation must be in [0, 1)"

@@ -41,6 +41,8 @@ FLAT = np.diag([1.0, 1, 1, 0]) @ np.eye(4, 6)
         ("singular", lambda: twist(np.ones(4), np.ones((4, 6)), 1.0)),
         ("singular", lambda: twist(np.ones(4), FLAT, 1.0)),
         ("not finite", lambda: twist(np.full(4, np.nan), L, 1.0)),
+        ("the error .* not finite", lambda: twist(np.full(4, np.nan), L, np.mean)),
+        ("gain is nan", lambda: twist(np.ones(4), L, lambda e: np.nan)),
         ("dof", lambda: twist(np.ones(4), np.eye(4, 6), 1.0, dof=5)),
         ("near > far", lambda: AdaptiveGain(0.5, 1.0)),
     ],

@@ -32,6 +32,8 @@ L = interaction_matrix(REGION, UNIT, 0.024)
         ("gain", lambda: closed_loop(float("nan"), 0.2)),
         ("delay", lambda: closed_loop(1.0, 0.2, delay=-1)),
         ("ratio", lambda: Kalman(-1.0)),
+        ("take 0, infinity, or", lambda: Kalman(1e300)),
+        ("take 0, infinity, or", lambda: Kalman(1e-300)),
         ("rho", lambda: Kalman(1.0, 1.0)),
     ],
 )
