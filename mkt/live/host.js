@@ -19,11 +19,13 @@ export const host = {
     });
   },
   // What the page's address asks of a figure, "name=value&...", or null.  Who goes back
-  // to the page as it came, without any words, asks for all figures as they were.
+  // asks for all figures as they were: the address has one of them, its entry in the
+  // browser's history has all that were moved.
   asked(key, again) {
-    if (again && !location.hash) return "";
     const [mine, words = ""] = location.hash.split("?");
-    return mine === `#${key}` ? words : null;
+    if (mine === `#${key}`) return words;
+    const moved = again && (history.state?.moved ?? (location.hash ? null : {}));
+    return moved ? (moved[key] ?? "") : null;
   },
   // Call `again` when it asks for something else, until what is returned is called.
   heard(again) {
@@ -37,7 +39,10 @@ export const host = {
     if (this.link(key, words) === location.href || (!mine && !words)) return;
     const now = performance.now();
     const on = mine && now - this.kept < AT_ONCE;
-    history[on ? "replaceState" : "pushState"](null, "", this.link(key, words));
+    const { moved = {} } = history.state ?? {};
+    if (!history.state) history.replaceState({ moved }, "");
+    const state = { moved: { ...moved, [key]: words } };
+    history[on ? "replaceState" : "pushState"](state, "", this.link(key, words));
     this.kept = now;
   },
   link: (key, words) => `${location.href.split("#")[0]}#${key}${words && "?"}${words}`,
