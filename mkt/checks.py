@@ -71,6 +71,12 @@ def is_whole(value: Any, least: int) -> bool:
     return isinstance(value, int | np.integer) and bool(value >= least)
 
 
+def check_seed(seed: Any) -> None:
+    """Refuse a seed that is not a whole number from 0 on."""
+    if not is_whole(seed, 0):
+        raise ValueError(f"seed is {seed!r}; it must be a whole number, at least 0")
+
+
 def image_size(size: Any) -> None:
     """Refuse a `size` that is not (width, height) in whole pixels."""
     sides = size if isinstance(size, tuple) else ()

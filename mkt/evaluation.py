@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from mkt.checks import of_kind
+from mkt.checks import check_seed, of_kind
 from mkt.regions import area, corners, from_box, to_box, wrap_angle
 from mkt.tracking import Sequence, Track, Tracker, check_tracker, checked_step
 from mkt.types import Array, ArrayLike, NDArray
@@ -236,7 +236,7 @@ def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
     iou = every[scored]
     off = errors(track.regions[scored], clip.truth[scored])
     degrees = np.rad2deg(off.orientation)
-    hit, said = iou > HIT, track.lost[scored]
+    hit, said = iou > HIT, np.asarray(track.lost, bool)[scored]
     right = hit & (clip.upright | (degrees <= TURNED))
     given = np.isfinite(track.regions[scored]).all(-1)
     numbers = {
@@ -290,6 +290,7 @@ def restarted(tracker: Tracker, clip: Sequence, seed: int = 0) -> Restarted:
         Where the tracker refuses its first start, and for what is no tracker.
     """
     check_tracker(tracker)
+    check_seed(seed)
     rng = np.random.default_rng(seed)
     seen = _seen(clip)
     run = Restarted(np.full(len(clip), np.nan), [], [])
@@ -328,5 +329,10 @@ def accuracy(run: Restarted) -> float:
 
 
 def robustness(run: Restarted, span: int = 100) -> float:
-    """How probable it is to go `span` frames without a failure: exp(-span F / T)."""
+    """How probable it is to go `span` frames without a failure: exp(-span F / T).
+
+    NaN where no frame let the tracker start.
+    """
+    if not run.starts:
+        return np.nan
     return float(np.exp(-span * len(run.failures) / len(run.overlap)))

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from mkt.checks import checked_region, finite, in_words, of_kind
+from mkt.checks import check_seed, checked_region, finite, in_words, of_kind
 from mkt.regions import HX
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions, Rng
 
@@ -179,15 +179,14 @@ def follow(
     Raises
     ------
     ValueError
-        When there is no frame, or no region to start on; for a negative seed; and
+        When there is no frame, or no region to start on; for a seed that is none; and
         whatever the tracker refuses.
     """
     check_tracker(tracker)
     of_kind(clip, Sequence, "clip", "give a Sequence, such as mkt.video(path, box)")
     if not len(clip):
         raise ValueError(f"{clip.name} has no frames, so there is nothing to follow")
-    if seed < 0:
-        raise ValueError(f"seed is {seed}; it must be at least 0")
+    check_seed(seed)
     first = np.array(clip.truth[0]) if start is None else checked_region(start)
     if not np.all(np.isfinite(first)):
         raise ValueError(

@@ -4,6 +4,7 @@ The numbers are compared with those that the toolkit of GOT-10k (got10k 0.1.3 on
 gave for the same boxes and the same drifting tracker, recorded here.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -406,6 +407,31 @@ def test_a_tracker_that_never_fails_goes_on_as_in_a_track():
 
 def overlaps_of(run, clip):
     return overlap(run.regions[1:], clip.truth[1:])
+
+
+def test_a_tracker_that_was_never_started_is_not_robust():
+    clip = Drawn("base", 1).sequence().part(slice(9))
+    nowhere = replace(clip, truth=np.full((9, 5), np.nan))
+    assert np.isnan(robustness(restarted(SSD(), nowhere)))
+
+
+def test_what_is_said_may_come_from_a_table_as_0_and_1():
+    clip = Drawn("base", 1).sequence().part(slice(9))
+    found = track(SSD(), clip)
+    away = found._replace(regions=found.regions + [500, 0, 0, 0, 0])
+    numbers = [
+        evaluate(away._replace(lost=away.lost.astype(kind)), clip)
+        for kind in (bool, int)
+    ]
+    assert numbers[0] == pytest.approx(numbers[1], nan_ok=True)
+
+
+@pytest.mark.parametrize("seed", [None, 1.5, -1])
+def test_a_seed_is_a_whole_number(seed):
+    clip = Drawn("base", 1).sequence().part(slice(9))
+    for run in (track, restarted):
+        with pytest.raises(ValueError, match=f"seed is {seed}"):
+            run(SSD(), clip, seed=seed)
 
 
 def test_a_track_is_judged_on_its_own_sequence_alone():

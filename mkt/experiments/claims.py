@@ -248,8 +248,10 @@ def measure(
     Raises
     ------
     ValueError
-        For an unknown name, and for fewer than six seeds.
+        For an unknown name, for fewer than six seeds, and for one that comes twice.
     """
+    if len(set(seeds)) < len(seeds):
+        raise ValueError("some seeds are the same; the same scene counts once")
     if len(seeds) < FEWEST:
         raise ValueError(
             f"{len(seeds)} seeds are too few for an interval of 95 %; "

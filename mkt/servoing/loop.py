@@ -257,7 +257,7 @@ class Experiment:
         for field, possible, need in (
             ("servo", isinstance(self.servo, Servo), "a Servo"),
             ("workspace", isinstance(self.workspace, Workspace), "a Workspace"),
-            ("path", _are_finite(self.path, (None, 4)), "way-points (t, X, Y, theta)"),
+            ("path", _is_path(self.path), "way-points (t, X, Y, theta), t increasing"),
             ("start", _are_finite(self.start, (6,)), "six finite numbers"),
             ("frames", is_whole(self.frames, 1), "a whole number, at least 1"),
             ("jitter", 0 <= self.jitter < np.inf, "a number from 0 on"),
@@ -266,6 +266,12 @@ class Experiment:
             if not possible:
                 found = reprlib.repr(getattr(self, field))
                 raise ValueError(f"{field} is {found}; it must be {need}")
+
+
+def _is_path(path: Any) -> bool:
+    """Whether these are way-points, one after the other in time."""
+    ordered = _are_finite(path, (None, 4)) and np.diff(np.array(path)[:, 0]) >= 0
+    return bool(np.all(ordered))
 
 
 def _are_finite(numbers: Any, shape: tuple[int | None, ...]) -> bool:

@@ -111,8 +111,8 @@ class HybridResampling:
         when N_eff < n_lim n, as printed; "never".
     level : float
     spread, growth : float
-        Half width of the uniform (18) in the first hidden frame, and what every further
-        one adds, in sqrt(hx hy).
+        Half width of the uniform (18) in the frame after the first hidden one, when it
+        is known to be hidden, and what every further one adds, in sqrt(hx hy).
     n_lim : float
         N_lim over n: draw anew when N_eff is below N_lim.
     damping : float

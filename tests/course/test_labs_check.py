@@ -49,6 +49,24 @@ def test_check_names_the_first_cell_that_stops_by_the_heading_above_it_and_no_ce
     assert fault.startswith('under "1. Add": stops with SyntaxError')
 
 
+@pytest.mark.slow
+def test_commands_of_notebooks_and_a_mark_of_the_editor_cost_nothing(toy, capsys):
+    mine = answer(**GOOD | {"add": "%matplotlib inline\n" + GOOD["add"]})
+    hand_in(toy / "mine.ipynb", mine)
+    marked = b"\xef\xbb\xbf" + (toy / "mine.ipynb").read_bytes()
+    (toy / "mine.ipynb").write_bytes(marked)
+    cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")]))
+    assert "  2 of 2  check_add" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_command_that_is_not_known_is_named(toy, capsys):
+    mine = answer(**GOOD | {"add": "%nosuch\n" + GOOD["add"]})
+    hand_in(toy / "mine.ipynb", mine)
+    assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1
+    assert "`%nosuch` not found" in capsys.readouterr().out
+
+
 FURTHER = """\
 def one():
     return 6

@@ -501,3 +501,8 @@ def test_a_sample_of_the_shipped_runs_comes_out_the_same_again():
     then, now = sample[numbers].to_numpy(float), fresh[numbers].to_numpy(float)
     assert mostly_the_same(now, then)
     assert not mostly_the_same(now, then[::-1])
+
+
+def test_a_scene_counts_once():
+    with pytest.raises(ValueError, match="some seeds are the same"):
+        measure("T09-a", seeds=[1000] * 32)

@@ -401,6 +401,7 @@ def test_what_no_controller_can_do_is_refused_with_its_field(field, value):
         ("servo", None),
         ("path", ()),
         ("path", ((0.0, 0.0),)),
+        ("path", ((5.0, 0.0, 0.0, 1.0), (0.0, 1.0, 1.0, 1.0))),
         ("start", (0,) * 3),
         ("start", "here"),
         ("frames", 0),

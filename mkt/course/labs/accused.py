@@ -51,9 +51,13 @@ class Accused:
         from IPython.core.interactiveshell import InteractiveShell
         from traitlets.config import Config
 
+        class Shell(InteractiveShell):
+            def enable_gui(self, gui=None):
+                """Nothing: ``%matplotlib`` asks for windows, and nobody sees any."""
+
         self.requests, self.replies = requests, replies
         config = Config({"HistoryManager": {"enabled": False}})
-        self.shell = InteractiveShell.instance(config=config)
+        self.shell = Shell.instance(config=config)
         self.kept: list[Any] = []
         self.places: dict[str, dict[str, Any]] = {}  # by cell: the names behind it
         self.generators: dict[int, np.random.Generator] = {}

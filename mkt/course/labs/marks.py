@@ -50,7 +50,8 @@ def read(path: Path) -> NotebookNode:
     try:
         # The warnings name no file, and what they are about is mended here.
         with warnings.catch_warnings(action="ignore"):
-            notebook = nbformat.v4.upgrade(nbformat.read(path, 4))
+            text = path.read_text(encoding="utf-8-sig")  # some editors put a mark
+            notebook = nbformat.v4.upgrade(nbformat.reads(text, 4))
             nbformat.validate(notebook)
         return notebook
     except OSError:

@@ -195,8 +195,11 @@ def _draw_courses(fig: Figure, courses: Mapping[str, Array]) -> None:
 def _draw_lines(fig: Figure, k: int, name: str, lines: Sequence[str]) -> None:
     """The k-th tracker's name and what is said about it, beside the curves."""
     text = "\n".join([NAMES[name], *lines])
-    style: dict[str, Any] = {"color": COLORS[name], "va": "top", "linespacing": 1.4}
-    fig.text(0.775, 0.88 - 0.28 * k, text, fontsize=9, **style)
+    style: dict[str, Any] = {"va": "top", "linespacing": 1.4, "fontsize": 9}
+    y = 0.88 - 0.28 * k
+    # The mark alone has the colour: words in a pale one cannot be read.
+    fig.text(0.767, y, "\N{BLACK SQUARE}", color=COLORS[name], **style)
+    fig.text(0.785, y, text, **style)
 
 
 def _positions(courses: Mapping[str, Array]) -> pd.DataFrame:

@@ -461,8 +461,10 @@ def _write_above(
         f"{title}: {np.mean(iou > HIT):.0%} of the frames, overlap {iou.mean():.2f}; "
     )
     text += f"last model: van {last['target']:.2f}, beside it {last['beside']:.2f}"
-    y = ax.get_position().y1 + 0.065
-    ax.figure.text(0.008, y, text, color=color, fontweight="bold", va="bottom")
+    y, beside = ax.get_position().y1 + 0.065, 0.008 + 0.16 / ax.figure.get_figwidth()
+    # The mark alone has the colour: words in a pale one cannot be read.
+    ax.figure.text(0.008, y, "\N{BLACK SQUARE}", color=color, va="bottom")
+    ax.figure.text(beside, y, text, fontweight="bold", va="bottom")
 
 
 def _likeness_facts(title: str, alike: pd.DataFrame) -> dict[str, Array]:

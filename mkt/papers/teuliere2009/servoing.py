@@ -331,12 +331,12 @@ def fig10(
 ) -> Shown:
     """Error of the x_n and y_n features.
 
-    Simulated: the run of figure 9, reversals dashed.  Thick: with the compensation that
-    is chosen; thin, orange: without any.  Dotted: the error V / gain that the theory
-    foretells without compensation, V the car's mean speed in units of y_n.  At the
-    right the same errors as the car's distance from where it should appear, in pixels.
-    The paper shows the compensated error only. A loop that runs away is drawn as far as
-    it sees the car.
+    Simulated: the drive of figure 9, reversals dashed.  Thick: with the compensation
+    that is chosen; thin, orange: without any.  Dotted: the error V / gain that the
+    theory foretells without compensation, V the car's mean speed in units of y_n.  At
+    the right the same errors as the car's distance from where it should appear, in
+    pixels.  The paper shows the compensated error only. A loop that runs away is drawn
+    as far as it sees the car.
     """
     conditions = {"gain": gain, "fps": fps, "dof": dof, "features": features}
     conditions |= {"speed": speed, "seed": seed}
@@ -430,7 +430,7 @@ def fig11(
 ) -> Shown:
     """Internal view.
 
-    Simulated: the run of figures 9 and 10.  Red where the car should appear, green
+    Simulated: the run of figure 9.  Red where the car should appear, green
     where the tracker finds it: (a) and (b) in steady motion, (c) soon after the second
     reversal, when the error is largest, (d) the final position.  The camera turns with
     the car, so that the table seems to move.
