@@ -37,7 +37,7 @@ from scipy.sparse import csc_matrix, csr_matrix
 from mkt.checks import LONGEST, checked_region, in_words, of_kind
 from mkt.colors import BinImage
 from mkt.homographies import HORIZON, angles, as_places, maps
-from mkt.kernels import Kernels
+from mkt.kernels import Kernels, of_kernels
 from mkt.regions import as_regions
 from mkt.types import Array, ArrayLike, NDArray
 
@@ -97,7 +97,7 @@ def _voted(counts: NDArray, image: BinImage, places: Array) -> NDArray:
 
 def _check(image: BinImage, kernels: Kernels) -> None:
     of_kind(image, BinImage, "image", "give bins(frame), not the frame itself")
-    of_kind(kernels, Kernels, "kernels", "give Kernels(layout), such as Kernels('3x3')")
+    of_kernels(kernels, "kernels")
 
 
 def turned(counts: NDArray, theta: Array, compass: tuple[int, int]) -> None:

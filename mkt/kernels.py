@@ -16,6 +16,7 @@ Explained in notebook 01.
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -271,6 +272,11 @@ class Kernels:
 def _shared(kernels: Kernels) -> Kernels:
     """Of all equal configurations, the one whose arrays are computed already."""
     return kernels
+
+
+def of_kernels(value: Any, name: str) -> None:
+    """Refuse an argument that is no `Kernels`, such as the name of a layout."""
+    checks.of_kind(value, Kernels, name, "give Kernels(layout), such as Kernels('3x3')")
 
 
 def _locked(array: NDArray) -> NDArray:

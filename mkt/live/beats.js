@@ -34,6 +34,9 @@ import {
 import { Player } from "./player.js";
 
 const BEATS = ["1 predict", "2 weigh", "3 estimate", "4 draw"];
+// What the sticks are as high as.
+const WEIGHTS = "weights over the largest one";
+const STICKS = ["none weighs more yet", WEIGHTS, WEIGHTS, "offspring over the most"];
 const WORDS = [
   () => "every particle moves on, by its velocity and by chance",
   () => "every particle weighs as much as its place looks like the car",
@@ -210,7 +213,7 @@ class Beats {
       frame:
         `${place} with the particles, ${BEATS[beat]}; the wall is at x ` +
         `= ${round.wall} px`,
-      line: "The particles along x, with their weights and the likelihood",
+      line: `The particles along x: ${STICKS[beat]}, and the likelihood`,
       course: "N_eff, distance and overlap over the frames so far",
     };
     for (const [name, words] of Object.entries(about)) {
@@ -277,17 +280,18 @@ class Beats {
     });
   }
 
-  // Along x: sticks as high as the weights, and the likelihood.
+  // Along x: sticks, and the likelihood.
   drawLine(pen, width, height) {
     const round = this.rounds[this.shown];
     if (!round?.region) return;
+    const beat = BEATS.indexOf(this.controls.values.beat);
     const middle = Math.round(round.region[0]);
     const box = [30, 22, width - 38, height - 62];
     const limits = {
       x: [middle - REACH, middle + REACH],
       y: [0, 1.1],
       xlabel: "x [px]",
-      ylabel: "weights, and the likelihood of every place (grey)",
+      ylabel: STICKS[beat] + (beat ? "; likelihood of every place (grey)" : ""),
     };
     const { across, down } = axes(pen, box, limits);
     pen.save();
@@ -295,7 +299,6 @@ class Beats {
     pen.rect(...box);
     pen.clip();
     const ink = pen.strokeStyle;
-    const beat = BEATS.indexOf(this.controls.values.beat);
     if (beat) this.drawLikelihood(pen, round, across, down);
     const sizes = this.sizes(round, beat === 2 ? 1 : beat);
     round.particles.forEach(([x], i) => {

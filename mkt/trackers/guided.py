@@ -68,7 +68,7 @@ from mkt.checks import checked_region
 from mkt.colors import BinImage, Bins, ColorBins, Joined
 from mkt.edges import EdgeBins
 from mkt.histograms import Target, learn
-from mkt.kernels import Kernels
+from mkt.kernels import Kernels, of_kernels
 from mkt.particles import Motion, Particles, covariance, effective_sample_size
 from mkt.regions import THETA, area, wrap_angle
 from mkt.trackers.close_up import close_up, fitting_pitch
@@ -214,6 +214,8 @@ class Guided:
     bins: Bins = Joined((COLORS, EdgeBins()), (2.0, 1.0))
 
     def __post_init__(self):
+        of_kernels(self.coarse, "coarse")
+        of_kernels(self.fine, "fine")
         checks.counts(self, "n", "steps")
         checks.counts(self, "starts", least=0)
         checks.shares(self, "renewed")

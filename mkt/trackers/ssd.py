@@ -36,7 +36,7 @@ from mkt.histograms import (
     turned_once,
 )
 from mkt.homographies import angles
-from mkt.kernels import Kernels
+from mkt.kernels import Kernels, of_kernels
 from mkt.regions import THETA
 from mkt.tracking import Info, report
 from mkt.types import Array, Frame, NDArray, Region, Rng
@@ -423,6 +423,7 @@ class SSD:
 
     def __post_init__(self):
         checks.counts(self, "iterations")
+        of_kernels(self.kernels, "kernels")
         self.kernels.check_slopes()
         given = isinstance(self.spans, tuple) and self.spans
         if not given or not all(0 < span < np.inf for span in self.spans):

@@ -498,6 +498,12 @@ def test_the_optimiser_trusts_kernels_by_their_likeness_and_holds_what_is_known(
     np.testing.assert_allclose(held.region, expected)
 
 
+@pytest.mark.parametrize("field", ["coarse", "fine"])
+def test_the_name_of_a_layout_is_refused(field):
+    with pytest.raises(ValueError, match=f"{field} is of the type str; give Kernels"):
+        Guided(**{field: "3x3"})
+
+
 @pytest.mark.parametrize("field", ["n", "steps"])
 def test_without_particles_or_steps_it_is_refused(field):
     with pytest.raises(ValueError, match=field):

@@ -302,6 +302,7 @@ def test_a_tracker_takes_its_steps_span_after_span():
         ("sizes", (2.0, 1.0)),
         ("sizes", (-1.0, 1.0)),
         ("sizes", (0.5, np.inf)),
+        ("kernels", "3x3"),
     ],
 )
 def test_a_field_that_makes_no_sense_is_refused(field, value):
