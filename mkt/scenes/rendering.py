@@ -93,10 +93,7 @@ class Scene:
         checks.positive(self, "zoom", "focal")
         checks.not_negative(self, "noise")
         check_points(self, camera=5, light=4)
-        if not checks.is_whole(self.seed, 0):
-            raise ValueError(
-                f"seed is {self.seed!r}; it must be a whole number, at least 0"
-            )
+        checks.check_seed(self.seed)
         checks.image_size(self.size)
 
     def sequence(self, name: str = "synthetic scene") -> Sequence:

@@ -52,8 +52,10 @@ class Accused:
         from traitlets.config import Config
 
         class Shell(InteractiveShell):
+            """One without windows: ``%matplotlib`` asks for some, and nobody looks."""
+
             def enable_gui(self, gui=None):
-                """Nothing: ``%matplotlib`` asks for windows, and nobody sees any."""
+                """Do nothing."""
 
         self.requests, self.replies = requests, replies
         config = Config({"HistoryManager": {"enabled": False}})
