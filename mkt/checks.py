@@ -3,7 +3,7 @@
 Every refusal is a ValueError that names the field, its value and the remedy.
 """
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
@@ -40,30 +40,35 @@ def one_of(specification: Any, **known: Collection[str]) -> None:
             )
 
 
+def numbers(
+    specification: Any,
+    *fields: str,
+    fits: Callable[[Any], bool] = lambda value: value == value,
+    need: str = "it must be a number",
+) -> None:
+    """Refuse a field that is no number, or NaN, or not such a one as is needed."""
+    for field in fields:
+        value = getattr(specification, field)
+        if not (isinstance(value, int | float | np.number) and fits(value)):
+            raise ValueError(f"{field} is {value}; {need}")
+
+
 def positive(specification: Any, *fields: str) -> None:
     """Refuse a field that is not a positive, finite number."""
-    for field in fields:
-        if not 0 < getattr(specification, field) < np.inf:
-            raise ValueError(
-                f"{field} is {getattr(specification, field)}; it must be positive"
-            )
+    need = "it must be positive, and finite"
+    numbers(specification, *fields, fits=lambda value: 0 < value < np.inf, need=need)
 
 
 def not_negative(specification: Any, *fields: str) -> None:
     """Refuse a field that is negative or not finite."""
-    for field in fields:
-        if not 0 <= getattr(specification, field) < np.inf:
-            raise ValueError(
-                f"{field} is {getattr(specification, field)}; it must be at least 0"
-            )
+    need = "it must be at least 0, and finite"
+    numbers(specification, *fields, fits=lambda value: 0 <= value < np.inf, need=need)
 
 
 def shares(specification: Any, *fields: str) -> None:
     """Refuse a field that does not lie between 0 and 1."""
-    for field in fields:
-        value = getattr(specification, field)
-        if not 0 <= value <= 1:
-            raise ValueError(f"{field} is {value:g}; a share lies between 0 and 1")
+    need = "a share lies between 0 and 1"
+    numbers(specification, *fields, fits=lambda value: 0 <= value <= 1, need=need)
 
 
 def is_whole(value: Any, least: int) -> bool:
@@ -148,7 +153,7 @@ def checked_region(region: ArrayLike) -> Region:
     if max(region[HX:]) > HUGE:
         raise ValueError(
             f"the region {in_words(region)} is larger than any image; "
-            "give its half axes hx and hy in pixels"
+            "give its size in pixels"
         )
     if max(abs(region[:2])) > HUGE:
         raise ValueError(

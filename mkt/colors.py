@@ -133,6 +133,12 @@ class Bins(Protocol):
         ...
 
 
+def of_bins(value: Any) -> None:
+    """Refuse bins that make no bin image, such as the name of a colour space."""
+    if not callable(value) or isinstance(value, type):
+        raise ValueError(f'bins is {value!r}; give bins, such as ColorBins("hsv")')
+
+
 def label_type(m: int) -> type:
     """Of the labels of m bins, and of one more number for what lies outside."""
     return np.uint8 if m < 256 else np.uint16

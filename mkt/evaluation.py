@@ -222,9 +222,10 @@ def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
     Raises
     ------
     ValueError
-        For what is no track, or one of another length than its sequence.
+        For what is no track or no sequence, and for two of different lengths.
     """
     of_kind(track, Track, "track", "give what mkt.track(tracker, clip) returns")
+    of_kind(clip, Sequence, "clip", "give the sequence that the track was made on")
     if len(track.regions) != len(clip):
         raise ValueError(
             f"the track has {len(track.regions)} frames, but {clip.name} has "

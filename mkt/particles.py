@@ -14,6 +14,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from mkt import checks
 from mkt.regions import size, wrap_angle
 from mkt.types import Array, ArrayLike, NDArray, Region, Regions, Rng
 
@@ -69,6 +70,11 @@ class Motion:
         Of the logarithm of the size.
     damping : float
         Share of the velocity that is kept from one frame to the next.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
     """
 
     position: float = 0.06
@@ -76,6 +82,10 @@ class Motion:
     angle: float = 0.08
     scale: float = 0.03
     damping: float = 0.8
+
+    def __post_init__(self):
+        checks.not_negative(self, "position", "velocity", "angle", "scale")
+        checks.shares(self, "damping")
 
     def scatter(self, region: ArrayLike, n: int, rng: Rng) -> Particles:
         """Some particles, spread as one frame of noise spreads them round a region."""
@@ -117,6 +127,11 @@ class EllipseMotion:
         Of va, in the same unit.
     smallest : float [px]
         Half axes do not fall below it.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
     """
 
     position: float = 0.1
@@ -124,6 +139,10 @@ class EllipseMotion:
     axes: float = 0.01
     growth: float = 0.002
     smallest: float = 4.0
+
+    def __post_init__(self):
+        checks.not_negative(self, "position", "velocity", "axes", "growth")
+        checks.positive(self, "smallest")
 
     def transition(self, half_axes: Array) -> Array:
         """A (7, 7) for a start with half axes (2,) [px]."""

@@ -82,6 +82,11 @@ class Sequence:
         The truth is an upright box: an orientation must not be scored against it.
     fps : float
         Frames a second.
+
+    Raises
+    ------
+    ValueError
+        Where truth or visibility does not fit the frames, or a visibility is no share.
     """
 
     name: str
@@ -92,6 +97,16 @@ class Sequence:
     upright: bool = False
     fps: float = 25.0
 
+    def __post_init__(self):
+        _check_shape("truth", self.truth, (len(self), 5))
+        _check_shape("visibility", self.visibility, (len(self),))
+        beyond = (self.visibility < 0) | (self.visibility > 1)  # NaN is not
+        if beyond.any():
+            raise ValueError(
+                f"visibility has {self.visibility[beyond][0]:g} in it; "
+                "a share lies between 0 and 1, and what is not known is NaN"
+            )
+
     def __len__(self) -> int:
         return len(self.frames)
 
@@ -100,6 +115,16 @@ class Sequence:
         frames, truth = self.frames[chosen], self.truth[chosen]
         visibility = self.visibility[chosen]
         return replace(self, frames=frames, truth=truth, visibility=visibility)
+
+
+def _check_shape(name: str, found: Any, wanted: tuple[int, ...]) -> None:
+    """Refuse what is no array of numbers of the shape that the frames ask for."""
+    of_kind(found, np.ndarray, name, f"give an array of the shape {wanted}")
+    if found.shape != wanted:
+        raise ValueError(
+            f"{name} has the shape {found.shape}; its frames ask for {wanted}, NaN "
+            "where nothing is known; mkt.regions.from_box makes regions of boxes"
+        )
 
 
 class Source(Protocol):

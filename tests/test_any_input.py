@@ -15,14 +15,19 @@ from mkt.checks import LONGEST
 from mkt.colors import BinImage, ColorBins, JointHSV
 from mkt.histograms import coefficient, histograms
 from mkt.kernels import LAYOUTS, PROFILES, Kernels
-from mkt.particles import SCHEMES, Motion
+from mkt.particles import SCHEMES, EllipseMotion, Motion
 from mkt.trackers import by_name
 from mkt.trackers.adaptive import Adaptive
+from mkt.trackers.combined import Combined
 from mkt.trackers.guided import Guided
+from mkt.trackers.homography import PlaneSSD
+from mkt.trackers.homography_combined import PlaneCombined
+from mkt.trackers.homography_esm import PlaneESM
 from mkt.trackers.hybrid_resampling import HybridResampling
 from mkt.trackers.opencv import CamShift, MeanShift
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
+from mkt.trackers.template_matching import TemplateMatching
 
 COLORS = {"black": 0, "grey": 128, "white": 255, "red": (255, 0, 0)}
 LAYOUTS_IN_MEMORY = {
@@ -367,6 +372,20 @@ def test_bins_at_the_limits_are_numbered_within_them(space, counts):
         (lambda: ParticleFilter(scheme="best"), "scheme"),
         (lambda: ParticleFilter(combine="product"), "combine"),
         (lambda: ParticleFilter(lam=np.nan), "lam"),
+        (lambda: ParticleFilter(lost_above="far"), "lost_above"),
+        (lambda: ParticleFilter(bins="hsv"), "bins"),
+        (lambda: SSD(bins=ColorBins), "bins"),
+        (lambda: SSD(lost_above=np.nan), "lost_above"),
+        (lambda: Combined(threshold=None), "threshold"),
+        (lambda: TemplateMatching(lost_above=np.nan), "lost_above"),
+        (lambda: PlaneSSD(lost_above=np.nan), "lost_above"),
+        (lambda: PlaneSSD(bins=8), "bins"),
+        (lambda: PlaneESM(lost_below=np.nan), "lost_below"),
+        (lambda: PlaneCombined(threshold=np.nan), "threshold"),
+        (lambda: Motion(position=np.nan), "position"),
+        (lambda: Motion(damping=1.1), "damping"),
+        (lambda: EllipseMotion(axes=-1), "axes"),
+        (lambda: EllipseMotion(smallest=0), "smallest"),
         (lambda: SSD(iterations=0), "iterations"),
         (lambda: ColorBins(counts=(10.5, 10, 10)), "counts"),
         (lambda: ColorBins(counts=[10, 10, 10]), "counts"),
@@ -383,14 +402,22 @@ def test_bins_at_the_limits_are_numbered_within_them(space, counts):
         (lambda: Guided(place=-1.0), "place"),
         (lambda: Guided(size=np.inf), "size"),
         (lambda: Guided(widening=np.nan), "widening"),
+        (lambda: Guided(hidden_above=np.nan), "hidden_above"),
+        (lambda: Guided(alike="much"), "alike"),
+        (lambda: Guided(bins="hsv"), "bins"),
         (lambda: Guided(motion=Motion(position=0.0)), "position"),
         (lambda: Adaptive(n=0), "n"),
+        (lambda: Adaptive(bins="rgb"), "bins"),
         (lambda: Adaptive(sigma=0), "sigma"),
         (lambda: Adaptive(patience=0), "patience"),
         (lambda: HybridResampling(n=0), "n"),
         (lambda: HybridResampling(spread=-1.0), "spread"),
+        (lambda: HybridResampling(level=np.nan), "level"),
+        (lambda: HybridResampling(damping=2), "damping"),
+        (lambda: HybridResampling(bins=8), "bins"),
         (lambda: HybridResampling(growth=np.inf), "growth"),
         (lambda: MeanShift(bins=0), "bins"),
+        (lambda: MeanShift(s_min=np.nan), "s_min"),
         (lambda: CamShift(bins=0.5), "bins"),
     ],
 )
@@ -399,8 +426,18 @@ def test_a_parameter_that_cannot_be_is_named(make, field):
         make()
 
 
+class Nowhere(Motion):
+    """A motion of one's own that goes wrong after the start."""
+
+    def predict(self, particles, rng):
+        """All particles are nowhere."""
+        return particles._replace(regions=np.nan * particles.regions)
+
+    scatter = Motion().scatter
+
+
 def test_a_motion_of_nan_is_said_at_the_first_step():
-    tracker = replace(ParticleFilter(n=9), motion=Motion(position=np.nan))
+    tracker = replace(ParticleFilter(n=9), motion=Nowhere())
     rng = np.random.default_rng(0)
     state = tracker.init(BLOCKS, GOOD, rng)
     said = "is not finite; check the state and the tracker's motion"

@@ -441,3 +441,5 @@ def test_a_track_is_judged_on_its_own_sequence_alone():
         evaluate(found, clip)
     with pytest.raises(ValueError, match="track is of the type ndarray"):
         evaluate(clip.truth, clip)
+    with pytest.raises(ValueError, match="clip is of the type NoneType"):
+        evaluate(found, None)

@@ -218,6 +218,20 @@ def test_a_start_that_is_no_region_is_told():
         track(Walking(), clip(), start=(np.nan, 1, 0, 5, 5))
 
 
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        ({"truth": np.zeros((LENGTH, 4))}, r"truth has the shape .*, 4\);.*from_box"),
+        ({"truth": [START] * LENGTH}, "truth is of the type list"),
+        ({"visibility": np.ones(LENGTH + 1)}, "visibility has the shape"),
+        ({"visibility": np.full(LENGTH, 1.5)}, "visibility has 1.5 in it"),
+    ],
+)
+def test_what_is_known_fits_the_frames(change, said):
+    with pytest.raises(ValueError, match=said):
+        replace(clip(), **change)
+
+
 @pytest.mark.parametrize("tracker", ["ssd", SSD, None], ids=["name", "class", "none"])
 def test_what_is_no_tracker_and_no_sequence_is_said(tracker):
     with pytest.raises(ValueError, match="no tracker.* give an object such as mkt.SSD"):

@@ -33,6 +33,7 @@ import pandas as pd
 from joblib import Parallel, delayed
 from tqdm import tqdm
 
+from mkt.checks import check_seed, of_kind
 from mkt.experiments import cache
 from mkt.experiments.statistics import MEDIAN, Statistic, holm, interval, p_value
 from mkt.experiments.sweep import Job, sweep
@@ -248,8 +249,12 @@ def measure(
     Raises
     ------
     ValueError
-        For an unknown name, for fewer than six seeds, and for one that comes twice.
+        For an unknown name, for fewer than six seeds, for one that comes twice, and
+        for what is no seed.
     """
+    of_kind(seeds, Sequence, "seeds", f"give at least {FEWEST}, such as range(32)")
+    for seed in seeds:
+        check_seed(seed)
     if len(set(seeds)) < len(seeds):
         raise ValueError("some seeds are the same; the same scene counts once")
     if len(seeds) < FEWEST:

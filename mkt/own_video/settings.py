@@ -14,13 +14,14 @@ import platform
 import reprlib
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from mkt import tracking
+from mkt.checks import check_seed
 from mkt.files import DataError, existing_file, whole, written_path
 from mkt.own_video.typed_box import region_of
 from mkt.sequences import truth_formats
@@ -166,12 +167,12 @@ def settled(
     ValueError
         Naming what is wrong; DataError for the video.
     """
-    if not _is_seed(seed):
-        raise ValueError(f"seed is {seed!r}; give a whole number from 0 on")
+    check_seed(seed)
     path = written_path(video)
     known = numbers_of(with_numbers(tracker, numbers or {}))
     place = tuple(float(number) for number in box)
     sha256 = fingerprint(path)  # it refuses what the next line cannot resolve
+    seed = int(seed)  # numpy's cannot be written as JSON
     return Settings(str(path.resolve()), sha256, place, tracker, known, seed, **part)
 
 
@@ -234,13 +235,10 @@ def _checked(path: Path, values: Any) -> Settings:
     if there | set(WHOLE) != wanted:
         names = ", ".join(sorted(wanted ^ (there | set(WHOLE))))
         raise DataError(path, f"these entries are missing or unknown: {names}", AGAIN)
-    for name, possible in _POSSIBLE.items():
-        if not possible(values[name]):
-            raise DataError(
-                path,
-                f"{name} is {reprlib.repr(values[name])}, which it cannot be",
-                f"correct it, or {AGAIN}",
-            )
+    for name, value, possible in _parts(values):
+        if not possible(value):
+            found = f"{name} is {reprlib.repr(value)}, which it cannot be"
+            raise DataError(path, found, f"correct it, or {AGAIN}")
     tracker = values["tracker"]
     if ":" in tracker and tracker not in by_name.TRACKERS:
         raise DataError(
@@ -249,7 +247,21 @@ def _checked(path: Path, values: Any) -> Settings:
             "which code runs",
             f"name it again: --tracker {tracker}",
         )
-    return Settings(**values | {"box": tuple(values["box"])})
+    settings = Settings(**values | {"box": tuple(values["box"])})
+    try:
+        settings.configured()
+    except ValueError as error:
+        raise DataError(path, str(error), f"correct it, or {AGAIN}") from error
+    return settings
+
+
+def _parts(values: dict[str, Any]) -> Iterator[tuple[str, Any, Callable]]:
+    """Each entry, then each number and version, and whether they can be."""
+    for name, possible in _POSSIBLE.items():
+        yield name, values[name], possible
+    for name, possible in _POSSIBLE_IN.items():
+        for key, value in values[name].items():
+            yield f"{key} in {name}", value, possible
 
 
 def _finite(value: Any) -> bool:
@@ -261,8 +273,8 @@ def _is_box(value: Any) -> bool:
     return isinstance(value, list) and len(value) == 5 and all(map(_finite, value))
 
 
-def _are_numbers(value: Any) -> bool:
-    return isinstance(value, dict) and all(map(_finite, value.values()))
+def _is_dict(value: Any) -> bool:
+    return isinstance(value, dict)
 
 
 def _is_seed(value: Any) -> bool:
@@ -285,23 +297,20 @@ def _is_end(value: Any) -> bool:
     return value is None or _is_seed(value)
 
 
-def _are_texts(value: Any) -> bool:
-    return isinstance(value, dict) and all(map(_is_text, value.values()))
-
-
 _POSSIBLE = {
     "video": _is_text,
     "sha256": _is_text,
     "box": _is_box,
     "tracker": _is_text,
-    "numbers": _are_numbers,
+    "numbers": _is_dict,
     "seed": _is_seed,
-    "versions": _are_texts,
+    "versions": _is_dict,
     "first": _is_seed,
     "last": _is_end,
     "every": _is_step,
     "scale": _is_share,
 }
+_POSSIBLE_IN = {"numbers": _finite, "versions": _is_text}
 
 
 def fingerprint(path: Path | str) -> str:

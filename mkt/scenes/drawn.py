@@ -6,6 +6,7 @@ pairs of them, each on a path of its own.
 
 from dataclasses import dataclass
 
+from mkt.checks import check_seed
 from mkt.scenes import SCENES
 from mkt.scenes.rendering import Scene
 from mkt.tracking import Sequence
@@ -30,12 +31,20 @@ class Drawn:
         Of its paths and its noise.
     item, ground : str
         Textures of the target and of the background.
+
+    Raises
+    ------
+    ValueError
+        For a seed that is none.
     """
 
     kind: str
     seed: int = 0
     item: str = "car"
     ground: str = "workshop"
+
+    def __post_init__(self):
+        check_seed(self.seed)
 
     @property
     def name(self) -> str:

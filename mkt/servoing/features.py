@@ -100,7 +100,7 @@ def features(regions: ArrayLike, camera: Camera, angle: str = "theta") -> Array:
     _check_angle(angle)
     seen = camera.normalised(regions)
     a = area(seen)
-    if not (a > 0).all():
+    if not ((a > 0) & (seen[..., HX] > 0)).all():
         raise ValueError(
             "the region has no area, hence no features; "
             "its half axes hx and hy must be positive"
@@ -250,13 +250,13 @@ def moments(corners: ArrayLike) -> Array:
     Raises
     ------
     ValueError
-        Where it has no area.
+        Where it has no area, and where its corners do not go round it in order.
     """
     points, weights = quadrature(corners)
     a = weights.sum()
-    if not a > 0:
+    if not (a > 0 and _turn_one_way(np.asarray(corners, float))):
         raise ValueError(
-            "the quadrilateral has no area, hence no features; "
+            "the quadrilateral has no area, or crosses itself, hence no features; "
             "give four corners in order round the target"
         )
     centre = points @ weights / a
@@ -265,6 +265,14 @@ def moments(corners: ArrayLike) -> Array:
     a_n = 1 / np.sqrt(a)
     alpha = np.arctan2(2 * m11, m20 - m02) / 2
     return np.array([*(a_n * centre), a_n, alpha])
+
+
+def _turn_one_way(corners: Array) -> bool:
+    """Whether one turns to the same side at each of the corners (4, 2), or goes on."""
+    sides = np.roll(corners, -1, axis=0) - corners
+    following = np.roll(sides, -1, axis=0)
+    turns = sides[:, 0] * following[:, 1] - sides[:, 1] * following[:, 0]
+    return bool((turns >= 0).all() or (turns <= 0).all())
 
 
 def quadrature(corners: ArrayLike) -> tuple[Array, Array]:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mkt import checks
 from mkt.checks import in_words
 from mkt.types import Array
 
@@ -45,7 +46,7 @@ class AdaptiveGain:
     Raises
     ------
     ValueError
-        Unless near > far > 0 and slope > 0.
+        Unless near > far > 0 and slope > 0, all finite.
     """
 
     near: float = 2.0
@@ -53,10 +54,10 @@ class AdaptiveGain:
     slope: float = 4.0
 
     def __post_init__(self):
-        if not (self.near > self.far > 0 and self.slope > 0):
+        checks.positive(self, "near", "far", "slope")
+        if not self.near > self.far:
             raise ValueError(
-                f"near, far, slope are {self.near}, {self.far}, {self.slope}; "
-                "near > far > 0 and slope > 0 are needed"
+                f"near is {self.near} and far {self.far}; near > far is needed"
             )
 
     def __call__(self, e: Array) -> float:
@@ -92,15 +93,15 @@ def twist(
     Raises
     ------
     ValueError
-        For another dof, a gain or an error that is not finite, and where L is singular.
+        For another dof, for anything that is not finite, and where L is singular.
     """
     if dof not in AXES:
         raise ValueError(f"dof is {dof}; it must be 6, or 4 for vx, vy, vz, wz")
     axes = list(AXES[dof])
-    if not (np.isfinite(e).all() and np.isfinite(de_dt).all()):
+    if not all(np.isfinite(given).all() for given in (e, L, de_dt)):
         raise ValueError(
-            f"the error {in_words(e)} or its estimated rate is not finite; "
-            "give features of a region that was seen"
+            f"the error {in_words(e)}, its interaction matrix or its estimated rate "
+            "is not finite; give features of a region that was seen"
         )
     rate = gain(e) if callable(gain) else gain
     if not np.isfinite(rate):

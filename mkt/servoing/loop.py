@@ -124,7 +124,7 @@ class Servo:
             ("desired", five and _has_area(self.desired), "a region with an area"),
             ("dt", 0 < self.dt < np.inf, "a positive frame period in seconds"),
             ("surface", 0 < self.surface < np.inf, "a positive area in m^2"),
-            ("gain", _is_gain(self.gain), "a number that is not negative"),
+            ("gain", _is_gain(self.gain), "a number from 0 on, or an AdaptiveGain()"),
             ("filter", isinstance(self.filter, Kalman), "a Kalman filter"),
             ("dof", self.dof in law.AXES, "6 or 4"),
             ("angle", self.angle in PERIODS, "theta or alpha"),
@@ -200,7 +200,10 @@ def _has_area(region: ArrayLike) -> bool:
 
 
 def _is_gain(gain: law.Gain) -> bool:
-    return callable(gain) or 0 <= gain < np.inf
+    """Whether it is a number from 0 on, or something that is called with an error."""
+    if isinstance(gain, int | float | np.number):
+        return bool(0 <= gain < np.inf)
+    return callable(gain) and not isinstance(gain, type)
 
 
 def _unknown() -> Array:

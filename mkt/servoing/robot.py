@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from mkt import checks
 from mkt.regions import corners, rotation, wrap_angle
 from mkt.scenes.textures import texture
 from mkt.servoing.features import Camera, quadrature
@@ -165,16 +166,9 @@ class Workspace:
     noise: float = 3.0
 
     def __post_init__(self):
-        for field, least in (
-            ("width", 1e-6),
-            ("table_width", 1e-6),
-            ("exposure", 0),
-            ("noise", 0),
-        ):
-            if not getattr(self, field) >= least:
-                raise ValueError(
-                    f"{field} is {getattr(self, field)}; it must be at least {least}"
-                )
+        checks.of_kind(self.camera, Camera, "camera", "give a Camera")
+        checks.positive(self, "width", "table_width")
+        checks.not_negative(self, "exposure", "noise")
 
     @property
     def sides(self) -> Array:

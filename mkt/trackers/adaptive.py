@@ -16,7 +16,7 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import checked_region, in_words
-from mkt.colors import BinImage, Bins, ColorBins
+from mkt.colors import BinImage, Bins, ColorBins, of_bins
 from mkt.histograms import coefficient
 from mkt.particles import (
     EllipseMotion,
@@ -158,6 +158,7 @@ class Adaptive:
     zones: tuple[Zone, ...] = ("borders", "anywhere")
 
     def __post_init__(self):
+        of_bins(self.bins)
         checks.counts(self, "n", "patience")
         checks.positive(self, "sigma")
         checks.shares(self, "alpha", "rho_min", "b")

@@ -12,6 +12,7 @@ Explained in notebook 06.
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from mkt import checks
 from mkt.particles import covariance
 from mkt.trackers.particle_filter import FilterState, ParticleFilter
 from mkt.trackers.ssd import SSD, SSDState
@@ -39,12 +40,20 @@ class Combined:
         samples.
     as_printed : bool
         The switch as our copy of the paper reads: optimise beyond the threshold.
+
+    Raises
+    ------
+    ValueError
+        For a threshold that is no number.
     """
 
     filter: ParticleFilter = ParticleFilter(n=75)  # printed, Section VI-A
     ssd: SSD = SSD()
     threshold: float = 0.6  # ours: "tuned empirically"
     as_printed: bool = False
+
+    def __post_init__(self):
+        checks.numbers(self, "threshold")
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> CombinedState:
         """Both learn the same region."""

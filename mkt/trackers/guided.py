@@ -65,7 +65,7 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import checked_region
-from mkt.colors import BinImage, Bins, ColorBins, Joined
+from mkt.colors import BinImage, Bins, ColorBins, Joined, of_bins
 from mkt.edges import EdgeBins
 from mkt.histograms import Target, learn
 from mkt.kernels import Kernels, of_kernels
@@ -214,12 +214,15 @@ class Guided:
     bins: Bins = Joined((COLORS, EdgeBins()), (2.0, 1.0))
 
     def __post_init__(self):
+        of_bins(self.bins)
         of_kernels(self.coarse, "coarse")
         of_kernels(self.fine, "fine")
         checks.counts(self, "n", "steps")
         checks.counts(self, "starts", least=0)
         checks.shares(self, "renewed")
         checks.not_negative(self, "place", "size", "widening")
+        checks.numbers(self, "found", "sure", "lost_above", "hidden_above", "doubtful")
+        checks.numbers(self, "turn", "alike")
         checks.positive(self.motion, "position")
         self.fine.check_slopes()
 

@@ -31,7 +31,7 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import checked_region
-from mkt.colors import BinImage, Bins, ColorBins
+from mkt.colors import BinImage, Bins, ColorBins, of_bins
 from mkt.histograms import Target, coefficient, learn
 from mkt.homographies import (
     GROUPS,
@@ -242,7 +242,9 @@ class PlaneSSD:
     lost_above: float = 0.65
 
     def __post_init__(self):
+        of_bins(self.bins)
         checks.counts(self, "iterations")
+        checks.numbers(self, "lost_above")
         checks.one_of(self, group=GROUPS)
         if not self.passes:
             raise ValueError("passes is empty; give the kernels of at least one pass")

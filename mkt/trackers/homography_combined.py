@@ -68,6 +68,7 @@ class PlaneCombined:
 
     def __post_init__(self):
         checks.counts(self, "n")
+        checks.numbers(self, "threshold")
         if len(self.spread) not in range(1, 9):
             raise ValueError(
                 f"spread has {len(self.spread)} numbers; give one for each of the "

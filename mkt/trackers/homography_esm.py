@@ -92,6 +92,7 @@ class PlaneESM:
 
     def __post_init__(self):
         checks.counts(self, "iterations")
+        checks.numbers(self, "lost_below")
         if not self.blurs or any(blur < 1 or blur % 2 == 0 for blur in self.blurs):
             raise ValueError(
                 f"blurs is {self.blurs}; give at least one odd width, such as 5"

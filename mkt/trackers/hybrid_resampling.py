@@ -30,7 +30,7 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import checked_region
-from mkt.colors import BinImage, Bins, ColorBins
+from mkt.colors import BinImage, Bins, ColorBins, of_bins
 from mkt.histograms import (
     Target,
     coefficient,
@@ -154,11 +154,13 @@ class HybridResampling:
     kernels: Kernels = Kernels("ellipse", elliptic=True, samples=400)
 
     def __post_init__(self):
+        of_bins(self.bins)
         checks.counts(self, "n")
         checks.one_of(self, accept=ACCEPT, occlusion=OCCLUSION)
-        checks.shares(self, "inertial", "eta", "gamma")
+        checks.shares(self, "inertial", "smoothing", "damping", "eta", "gamma")
         checks.positive(self, "lam")
         checks.not_negative(self, "spread", "growth")
+        checks.numbers(self, "level", "n_lim", "w_min")
         if self.eta + self.gamma > 1:
             raise ValueError(
                 f"eta + gamma is {self.eta + self.gamma:g}; "

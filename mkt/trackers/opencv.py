@@ -160,6 +160,7 @@ class MeanShift:
 
     def __post_init__(self):
         checks.counts(self, "bins")
+        checks.numbers(self, "s_min", "v_min", "lost_above")
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> ShiftState:
         """Learn the hues inside the region.

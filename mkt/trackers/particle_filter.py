@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from mkt import checks
-from mkt.colors import BinImage, Bins, ColorBins
+from mkt.colors import BinImage, Bins, ColorBins, of_bins
 from mkt.histograms import Target, learn, log_likelihood
 from mkt.kernels import Kernels
 from mkt.particles import (
@@ -74,10 +74,11 @@ class ParticleFilter:
     lost_above: float = 0.65
 
     def __post_init__(self):
+        of_bins(self.bins)
         checks.counts(self, "n")
         checks.one_of(self, scheme=SCHEMES, combine=("sum", "mean"))
-        if not 0 <= self.lam < float("inf"):
-            raise ValueError(f"lam is {self.lam}; it must be finite, and not negative")
+        checks.not_negative(self, "lam")
+        checks.numbers(self, "lost_above")
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> FilterState:
         """Learn the reference and scatter particles round it."""

@@ -11,7 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from mkt.checks import checked_frame
+from mkt.checks import checked_frame, checked_region
 from mkt.regions import CX, CY, HX, HY
 from mkt.tracking import Info, Tracker
 from mkt.types import Array, Frame, Region, Regions, Rng
@@ -43,8 +43,21 @@ class Scaled:
             raise ValueError(f"scale is {self.scale:g}; it must be above 0, up to 1")
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> Any:
-        """Show the shrunk frame to the tracker, and raise what the tracker raises."""
-        return self.tracker.init(self._shrunk(frame), rescaled(region, self.scale), rng)
+        """Show the shrunk frame to the tracker, and raise what the tracker raises.
+
+        Raises
+        ------
+        ValueError
+            Where less than a pixel would be left of the target's width or height.
+        """
+        shrunk = self._shrunk(frame)
+        region = rescaled(checked_region(region), self.scale)
+        if 2 * min(region[HX:]) < 1:
+            raise ValueError(
+                f"scale is {self.scale:g}, which leaves less than a pixel of the "
+                "target; choose a larger one"
+            )
+        return self.tracker.init(shrunk, region, rng)
 
     def step(self, state: Any, frame: Frame, rng: Rng) -> tuple[Any, Info]:
         """What the tracker finds in the shrunk frame, in pixels of the whole one."""

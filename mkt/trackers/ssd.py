@@ -26,7 +26,7 @@ from scipy.sparse import csc_matrix
 
 from mkt import checks
 from mkt.checks import checked_region
-from mkt.colors import BinImage, Bins, ColorBins
+from mkt.colors import BinImage, Bins, ColorBins, of_bins
 from mkt.histograms import (
     Target,
     coefficient,
@@ -422,7 +422,9 @@ class SSD:
     sizes: tuple[float, float] = (0.3, 3.0)
 
     def __post_init__(self):
+        of_bins(self.bins)
         checks.counts(self, "iterations")
+        checks.numbers(self, "lost_above")
         of_kernels(self.kernels, "kernels")
         self.kernels.check_slopes()
         given = isinstance(self.spans, tuple) and self.spans

@@ -57,6 +57,7 @@ class TemplateMatching:
     def __post_init__(self):
         checks.one_of(self, search=SEARCHES)
         checks.positive(self, "reach")
+        checks.numbers(self, "lost_above")
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> TemplateState:
         """Cut the template out of the upright box round the region.

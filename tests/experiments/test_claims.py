@@ -503,6 +503,12 @@ def test_a_sample_of_the_shipped_runs_comes_out_the_same_again():
     assert not mostly_the_same(now, then[::-1])
 
 
+@pytest.mark.parametrize("seeds, said", [(6, "of the type int"), ([0.5] * 9, "0.5")])
+def test_seeds_are_a_list_of_whole_numbers(seeds, said):
+    with pytest.raises(ValueError, match=f"seeds? is {said}"):
+        measure("T09-a", seeds=seeds)
+
+
 def test_a_scene_counts_once():
     with pytest.raises(ValueError, match="some seeds are the same"):
         measure("T09-a", seeds=[1000] * 32)

@@ -182,7 +182,7 @@ def test_a_run_depends_on_the_parts_that_its_tracker_is_made_of(whole, part):
 
 def test_a_tracker_with_a_part_from_a_notebook_is_not_kept():
     space = {"__name__": "nowhere", "dataclass": dataclass}
-    exec("@dataclass(frozen=True)\nclass Mine:\n    m: int = 1", space)
+    exec("@dataclass(frozen=True)\nclass Mine:\n    __call__ = len", space)
     mine = ParticleFilter(bins=space["Mine"]())
     assert dependencies.code_of(mine) is None
     assert dependencies.code_of(Scaled(mine, 0.5)) is None

@@ -35,6 +35,11 @@ def test_a_drawn_scene_is_a_source():
     assert source.sequence().name == source.name == "fast"
 
 
+def test_what_is_no_seed_is_refused():
+    with pytest.raises(ValueError, match="seed is -1"):
+        Drawn("base", -1)
+
+
 def test_an_unknown_kind_is_told_with_the_known_ones():
     with pytest.raises(ValueError, match="no scene 'fastt', perhaps fast.*there are"):
         Drawn("fastt").sequence()

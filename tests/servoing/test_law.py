@@ -42,6 +42,7 @@ FLAT = np.diag([1.0, 1, 1, 0]) @ np.eye(4, 6)
         ("singular", lambda: twist(np.ones(4), FLAT, 1.0)),
         ("not finite", lambda: twist(np.full(4, np.nan), L, 1.0)),
         ("the error .* not finite", lambda: twist(np.full(4, np.nan), L, np.mean)),
+        ("interaction matrix .* finite", lambda: twist(np.ones(4), np.nan * L, 1.0)),
         ("gain is nan", lambda: twist(np.ones(4), L, lambda e: np.nan)),
         ("dof", lambda: twist(np.ones(4), np.eye(4, 6), 1.0, dof=5)),
         ("near > far", lambda: AdaptiveGain(0.5, 1.0)),
@@ -53,11 +54,18 @@ def test_bad_input_is_named(problem, call):
 
 
 @pytest.mark.parametrize(
-    "near, far, slope",
-    [(1.0, 1.0, 4.0), (0.5, 1.0, 4.0), (2.0, 0.0, 4.0), (2.0, 0.5, 0.0)],
+    "near, far, slope, said",
+    [
+        (1.0, 1.0, 4.0, "near > far"),
+        (0.5, 1.0, 4.0, "near > far"),
+        (np.inf, 1.0, 4.0, "near is inf"),
+        (2.0, 0.0, 4.0, "far is 0"),
+        (2.0, 0.5, 0.0, "slope is 0"),
+        (2.0, 0.5, "4", "slope is 4; it must be"),
+    ],
 )
-def test_a_gain_that_does_not_fall_is_refused(near, far, slope):
-    with pytest.raises(ValueError, match="near > far > 0 and slope > 0"):
+def test_a_gain_that_does_not_fall_is_refused(near, far, slope, said):
+    with pytest.raises(ValueError, match=said):
         AdaptiveGain(near, far, slope)
 
 

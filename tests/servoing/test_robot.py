@@ -166,6 +166,8 @@ PAST_THE_HORIZON = above(SHARP, (0, 0, 0, 1.5, 0, 0))
         ("table_width", lambda: Workspace(table_width=-1.0)),
         ("exposure", lambda: Workspace(exposure=-0.1)),
         ("noise", lambda: Workspace(noise=-1.0)),
+        ("noise", lambda: Workspace(noise=np.inf)),
+        ("camera is of the type int", lambda: Workspace(camera=400)),
     ],
 )
 def test_bad_input_is_named(problem, call):

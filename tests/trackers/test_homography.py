@@ -137,7 +137,7 @@ def test_only_the_homography_finds_a_tilt():
     found = {}
     for group in ("similarity", "affine", "homography"):
         tracker = PlaneSSD(group=group)
-        run = track(tracker, replace(clip, frames=clip.frames[:50], truth=clip.truth))
+        run = track(tracker, clip.part(slice(50)))
         found[group] = np.median(corner_error(run.info["homography"][1:], truth[1:50]))
     assert found["homography"] < 1.5 < found["affine"] < found["similarity"]
 
@@ -146,7 +146,7 @@ def test_only_the_homography_finds_a_tilt():
 def test_trackers_of_planes_follow_a_card(tracker):
     scene = card("base", 2)
     clip, truth = scene.sequence(), homographies(scene, scene.target, np.arange(120))
-    first = replace(clip, frames=clip.frames[:40])
+    first = clip.part(slice(40))
     runs = [track(tracker, first, seed=3) for _ in range(2)]
     error = corner_error(runs[0].info["homography"][1:], truth[1:40])
     assert np.median(error) < 1.5 and error.max() < 5

@@ -66,6 +66,8 @@ def test_a_scale_that_leaves_nothing_of_a_frame_is_told():
     frame, rng = np.zeros((60, 80, 3), np.uint8), np.random.default_rng(0)
     with pytest.raises(ValueError, match="leaves nothing of a frame of 80x60 px"):
         Scaled(SSD(), 0.008).init(frame, np.array([40.0, 30, 0, 20, 20]), rng)
+    with pytest.raises(ValueError, match="less than a pixel of the target"):
+        Scaled(SSD(), 0.04).init(frame, np.array([40.0, 30, 0, 20, 10]), rng)
 
 
 @pytest.mark.parametrize("scale", [0, -1, 1.01, np.nan])

@@ -1,7 +1,5 @@
 """The filters of the four wishes: each is its parent where its wish is switched off."""
 
-from dataclasses import replace
-
 import cv2
 import numpy as np
 import pytest
@@ -30,7 +28,7 @@ from mkt.trackers.two_cameras import (
 from mkt.tracking import track
 
 CLIP = Varied("calm", 3).sequence()
-SHORT = replace(CLIP, frames=CLIP.frames[:12])
+SHORT = CLIP.part(slice(12))
 
 
 def test_without_neighbours_it_is_the_particle_filter():
