@@ -1,7 +1,7 @@
 """Multiple kernel tracking: colour-histogram trackers of three papers.
 
-What can be read in an afternoon is *the method*, seven files, and after it the
-trackers:
+What can be read in an afternoon is *the method*, seven files, and after it the three
+trackers of [T09], on which all others are variations:
 
 1. `mkt.regions`, the one currency: oriented rectangles in an image, and
    `mkt.homographies`, planes in space;
@@ -23,7 +23,7 @@ then `mkt.trackers.ssd`, `mkt.trackers.particle_filter`, `mkt.trackers.combined`
 `mkt.trackers.shaped` and `mkt.trackers.two_cameras` (wishes of [N03]),
 `mkt.trackers.opencv` (rivals),
 `mkt.trackers.scaled`, which is any of them on smaller frames, and
-`mkt.trackers.by_name`, which lists them all; on planes in space
+`mkt.trackers.by_name`, those of commands and tables; on planes in space
 `mkt.trackers.homography`, `mkt.trackers.homography_combined`, and the rival
 `mkt.trackers.homography_esm`.
 
@@ -64,7 +64,8 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `~mkt.figures.live`, `~mkt.figures.live_panel`,
                    `~mkt.figures.data_uri`, `~mkt.figures.export`,
                    `~mkt.figures.light_pdf`, `~mkt.figures.film`
-`mkt.papers`       what is drawn and claimed, a folder for each paper;
+`mkt.papers`       what is drawn and claimed, a folder for each paper, and
+                   `~mkt.papers.lessons`;
                    `~mkt.papers.runs` keeps the runs, `~mkt.papers.live` has what
                    live figures are given
 `mkt.own_video`    `~mkt.own_video.typed_box`, `~mkt.own_video.settings`,
@@ -72,12 +73,16 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `~mkt.own_video.overlay`, `~mkt.own_video.webcam`,
                    `~mkt.own_video.workbench`, `~mkt.own_video.controls`,
                    `~mkt.own_video.box_picker`, `~mkt.own_video.static`
-`mkt.course`       `~mkt.course.cli` and its commands, `~mkt.course.environment`,
+`mkt.course`       `~mkt.course.cli`, its `~mkt.course.commands`,
+                   `~mkt.course.environment`,
                    `~mkt.course.doctor`, `~mkt.course.speed`, `~mkt.course.stripping`,
                    `~mkt.course.slides`,
                    `~mkt.course.figure_arguments`, `~mkt.course.own_tracker`,
                    `~mkt.course.book`, `~mkt.course.labs`
 =================  =================================================================
+
+A wing of many files says in its own ``__init__`` what is in each.  ``mkt/live`` is what
+computes in the pages of the book, in JavaScript: its tests hold it to the library.
 
 The names that a notebook needs are here too, loaded when they are first used:
 ``import mkt``, then ``mkt.track(mkt.SSD(), mkt.carphone())``.
@@ -185,5 +190,5 @@ def __getattr__(name):
 
 
 def __dir__():
-    """What can be completed: all public names, loaded or not."""
-    return sorted({*globals(), *NAMES})
+    """What can be completed: all public names, loaded or not, and loaded modules."""
+    return sorted({*globals(), *NAMES} - {"importlib", "time", "BEGUN", "NAMES"})

@@ -108,6 +108,20 @@ def test_every_wing_has_its_floor():
     assert {parts(path)[0] for path in PACKAGE.glob("*.py")} == {*METHOD, *ENTRANCES}
 
 
+def test_the_map_names_every_module():
+    """In the text of the package, or of the wing or room that it lies in."""
+    inner = [path for path in FILES if parts(path)[0] not in ENTRANCES]
+    assert [path for path in inner if not _is_on_the_map(path)] == []
+
+
+def _is_on_the_map(path):
+    name = ".".join(("mkt", *parts(path))).removesuffix(".__init__")
+    inits = [folder / "__init__.py" for folder in path.parents]
+    maps = [init for init in inits if init in FILES and init != path]
+    texts = [ast.get_docstring(ast.parse(init.read_text())) for init in maps]
+    return any(f"`{prefix}{name}`" in text for text in texts for prefix in ("", "~"))
+
+
 LIGHT = ("__init__", "__main__", "files", "course/__init__", "course/environment")
 
 

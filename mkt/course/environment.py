@@ -36,7 +36,7 @@ TROUBLE = (
     "failed to fetch",
     "no matching distribution found",
 )
-COST = "the download of 330 MB; it takes 1.3 GB of disk"
+COST = "the download of 330 MB; it takes 1.5 GB of disk"
 NO_VENV = """\
 This Python lacks the modules venv and ensurepip.
 On Debian or Ubuntu: sudo apt install python3-venv

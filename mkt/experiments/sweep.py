@@ -112,8 +112,8 @@ def jobs(
                 f"{reprlib.repr(source)} is no source of a sequence; give one such as "
                 'mkt.Drawn("base", 1) or mkt.Carphone(), not the sequence itself'
             )
-    if wrong := [seed for seed in seeds if not checks.is_whole(seed, 0)]:
-        raise ValueError(f"a seed is {wrong[0]!r}; it must be a whole number from 0 on")
+    for seed in seeds:
+        checks.check_seed(seed)
     every = list(map(int, seeds))  # numpy's own cannot be kept as text
     return [
         Job(label, tracker, source, seed)

@@ -83,8 +83,8 @@ def test_seeds_may_be_numpy_s_and_a_parameter_may_stand_alone(kept):
         ({"ssd": SSD()}, ["base"], (0,), "'base' is no source of a sequence"),
         ({"ssd": SSD()}, [Drawn("base").sequence()], (0,), "not the sequence itself"),
         ({"ssd": SSD()}, [Drawn("base")], 3, "seeds is 3; give several"),
-        ({"ssd": SSD()}, [Drawn("base")], [1.9], "a seed is 1.9"),
-        ({"ssd": SSD()}, [Drawn("base")], [-1], "a seed is -1"),
+        ({"ssd": SSD()}, [Drawn("base")], [1.9], "seed is 1.9"),
+        ({"ssd": SSD()}, [Drawn("base")], [-1], "seed is -1"),
     ],
 )
 def test_what_makes_no_jobs_is_said(trackers, sources, seeds, said):

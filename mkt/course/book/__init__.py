@@ -6,8 +6,10 @@ before and after, `mkt.course.book.pages` writes the pages round them,
 `mkt.course.book.pictures` draws the figures, `mkt.course.book.positions` finds those of
 their sliders, `mkt.course.book.agreement` says which agree with the printed ones,
 `mkt.course.book.live` writes the scripts that compute in the pages, and
-`mkt.course.book.site` lets Sphinx make the site of it all, with three extensions for it
-beside them; `mkt.course.book.lighter` takes pictures and films out of the pages,
+`mkt.course.book.site` lets Sphinx make the site of it all, with extensions for it
+beside them: `mkt.course.book.reference` for the pages of the library,
+`mkt.course.book.math_svg` for formulas, `mkt.course.book.accessibility`;
+`mkt.course.book.lighter` takes pictures and films out of the pages,
 `mkt.course.book.punctuation` keeps formulas and signs together, and
 `mkt.course.book.security` says what these may do.
 `mkt.course.book.depends` says what has to be made again.

@@ -1,7 +1,12 @@
 """The commands of ``python3 -m mkt``, a module for each.
 
 A command module has `add`, which describes its words to argparse, and `run`, which does
-the work and returns the exit code or None.  Nothing heavy is imported before a command
+the work and returns the exit code or None.  For students and readers:
+`mkt.course.commands.book`, `mkt.course.commands.lab`, `mkt.course.commands.labs`,
+`mkt.course.commands.slides`, `mkt.course.commands.figure`, `mkt.course.commands.track`,
+`mkt.course.commands.data` and `mkt.course.commands.doctor`; for those who check:
+`mkt.course.commands.test`, `mkt.course.commands.claims`, `mkt.course.commands.bench`.
+  Nothing heavy is imported before a command
 runs, so that --help needs no installed package.  A command reports what is wrong with
 its input as a ValueError or OSError; `mkt.course.cli` prints this in one line.
 """

@@ -2,7 +2,8 @@
 
 They have visible checks that explain a failure in words, and hidden ones for the
 teacher.  `mkt.course.labs.notebooks` says what a lab is and makes the student's
-version, `mkt.course.labs.handout` all that a student needs.
+version, `mkt.course.labs.handout` all that a student needs, and
+`mkt.course.labs.variants` gives each a scene of their own.
 
 All marks come from `mkt.course.labs.judge`.  It runs the student's code in another
 process, `mkt.course.labs.accused`, inside a `mkt.course.labs.sandbox`.  It speaks to

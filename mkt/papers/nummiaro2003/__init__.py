@@ -1,1 +1,6 @@
-"""[N03]: K. Nummiaro, E. Koller-Meier, L. Van Gool, 2003."""
+"""[N03]: K. Nummiaro, E. Koller-Meier, L. Van Gool, 2003.
+
+Figures 1, 2, 3 and 5 are in `mkt.papers.nummiaro2003.steps`, 4 and 6 to 10 in
+`mkt.papers.nummiaro2003.sequences`, and two runs as `mkt.papers.nummiaro2003.films`;
+what is claimed is in `mkt.papers.nummiaro2003.claims`.
+"""
