@@ -6,7 +6,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from mkt.course.labs import grading
+from mkt.course.labs import grading, table
 from mkt.course.labs.submissions import submissions
 from tests.course.toy_lab import GOOD, answer, graded, hand_in, meta, rows
 
@@ -211,6 +211,21 @@ def test_grade_sorts_its_rows_has_one_for_files_that_are_no_notebooks_and_tells_
     assert list(rows) == ["Anna", "Jürgen", "Zoë"]
     assert rows["Jürgen"]["note"] == "not a notebook: .pdf"
     assert (toy / "grades.csv").read_bytes().startswith("\ufeff".encode())
+
+
+def test_who_handed_in_nothing_has_a_row_until_there_is_something(toy):
+    folder = toy / "submitted"
+    hand_in(folder / "ada" / "toy.ipynb", answer(**GOOD))
+    (folder / "bob" / "toy.ipynb").mkdir(parents=True)
+    (folder / ".git").mkdir()
+    noted = graded(folder, toy / "grades.csv")
+    assert list(noted) == ["ada", "bob"]
+    assert noted["bob"]["note"] == "nothing was handed in"
+    again = graded(folder, toy / "grades.csv")
+    assert again == noted
+    hand_in(folder / "bob" / "late.ipynb", answer(**GOOD))
+    assert graded(folder, toy / "grades.csv")["bob"]["points"] == "3"
+    assert len(table.read(toy / "grades.csv")) == 2
 
 
 def test_a_cell_that_calls_exit_costs_nothing(toy):

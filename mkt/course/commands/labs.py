@@ -19,9 +19,10 @@ DESCRIPTION = (
     "`check` runs your notebook and says in words what its checks found; start it\n"
     "whenever you like.\n"
     "`grade` runs what the students handed in, with the hidden checks, and writes\n"
-    "a table with a row for each file, and a page for each student beside it.\n"
-    "Started again it goes on where it was stopped.  Type the points of what a\n"
-    "person reads into the table; `grade --merge` sums up.\n"
+    "a table with a row for each file, and for each student without any, and a\n"
+    "page for each student beside it.  Started again it goes on where it was\n"
+    "stopped.  Type the points of what a person reads into the table;\n"
+    "`grade --merge` sums up.\n"
     f"{EXECUTES} in bubblewrap's box, without network and\n"
     "without your files, and nowhere else unless you say so."
 )

@@ -27,7 +27,7 @@ from mkt.course.labs.marks import (
 )
 from mkt.course.labs.marks import read as read_notebook
 from mkt.course.labs.notebooks import labs, name, of_role, points
-from mkt.course.labs.submissions import Submission, coincidences, handed_in
+from mkt.course.labs.submissions import NOTHING, Submission, coincidences, handed_in
 from mkt.course.labs.table import COLUMNS, Row
 from mkt.course.labs.variants import written_name
 from mkt.files import new_file
@@ -88,6 +88,7 @@ def grade(
         grader = _Grader(sources, odd, limit, boxed=not trusted)
         done = {(row["file"], row["sha256"]) for row in rows}
         left = [one for one in found if _key(one) not in done]
+        rows = _without_late(rows, found)
         _tell_older(rows, found)
         try:
             for row in grader.rows(left):
@@ -125,6 +126,12 @@ def _rows_so_far(output: Path) -> list[Row]:
         return table.read(output)
     new_file(output)
     return []
+
+
+def _without_late(rows: list[Row], found: Iterable[Submission]) -> list[Row]:
+    """The rows without those of nothing where there is something now."""
+    there = dict(map(_key, found))
+    return [row for row in rows if row["note"] != NOTHING or row["file"] in there]
 
 
 def _tell_older(rows: list[Row], found: Iterable[Submission]) -> None:

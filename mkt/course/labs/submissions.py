@@ -17,6 +17,7 @@ ASIDE = {"__pycache__", "__MACOSX", "timestamp.txt"}
 SHORT = "lab_"  # with which the names of labs begin, should a file have no more of one
 LARGEST = 50e6  # [bytes] of a notebook
 SHOWN = 3  # files that a sentence lists by name
+NOTHING = "nothing was handed in"  # in a folder of a student
 ARCHIVES = (".zip", ".tar", ".gz", ".tgz", ".7z", ".rar")
 # Sentences that begin so name other students.
 OF_OTHERS = SAME_NAME, SAME_FILE = (
@@ -88,7 +89,7 @@ def handed_in(
 def submissions(
     folder: Path, names: Iterable[str], ours: Collection[Path]
 ) -> list[Submission]:
-    """What was handed in, even if it is no notebook, or not even a file.
+    """What was handed in, even if it is no notebook, or not even a file, or nothing.
 
     They are STUDENT/[.../]LAB.ipynb, as nbgrader's ``submitted`` has them, or
     STUDENT_LAB.ipynb; the name of the lab may stand anywhere in that of the file.  In
@@ -111,11 +112,19 @@ def submissions(
         if path.is_symlink() or not path.is_dir()
         if left_out.isdisjoint(_with_parents(folder, path))
     ]
-    return [
+    found = [
         _submission(folder, path, names)
         for path in paths
         if not any(map(_is_aside, path.parts))
     ]
+    some = {one.path.parts[0] for one in found}
+    empty = [
+        Submission(path.name, None, path.relative_to(folder), trouble=NOTHING)
+        for path in sorted(folder.iterdir())
+        if path.is_dir() and not _is_aside(path.name) and path.name not in some
+        if left_out.isdisjoint(_with_parents(folder, path))
+    ]
+    return found + empty
 
 
 def _with_parents(folder: Path, path: Path) -> list[Path]:
@@ -145,6 +154,8 @@ def _before(text: str, part: str) -> str:
 
 def _copied(folder: Path, one: Submission, copies: Path) -> Submission:
     """A submission with its copy, or with what is in the way of one."""
+    if one.trouble:
+        return one
     path = folder / one.path
     copy = copies / f"{len(list(copies.iterdir()))}.ipynb"
     try:
