@@ -15,7 +15,8 @@ trackers of [T09], on which all others are variations:
 beside them, for the wishes of [N03], `mkt.neighbours`, `mkt.silhouettes` and
 `mkt.autoregression`;
 
-then `mkt.trackers.ssd`, `mkt.trackers.particle_filter`, `mkt.trackers.combined` [T09],
+then `mkt.trackers.ssd` with the steps of `mkt.trackers.newton`,
+`mkt.trackers.particle_filter`, `mkt.trackers.combined` [T09],
 `mkt.trackers.adaptive` with `mkt.trackers.ellipses`, `mkt.trackers.appearance` and
 `mkt.trackers.detector` [N03], `mkt.trackers.hybrid_resampling` and
 `mkt.trackers.template_matching` [C14], `mkt.trackers.guided` with `mkt.trackers.gains`,

@@ -19,7 +19,7 @@ kernels; ``python3 -m mkt bench`` measures it here):
   followed by a product (3 to 4 x, and not exact).
 
 Chunks keep the memory at a few megabytes however many regions there are.  For a single
-region, whose derivatives are wanted too, `mkt.trackers.ssd` counts in another way.
+region, whose derivatives are wanted too, `mkt.trackers.newton` counts in another way.
 
 Explained in notebook 01.
 """

@@ -23,8 +23,9 @@ from mkt.regions import displaced
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
 from mkt.trackers.combined import Combined
+from mkt.trackers.newton import count, differentiate, newton_step, template
 from mkt.trackers.particle_filter import ParticleFilter
-from mkt.trackers.ssd import SSD, count, differentiate, newton_step, template
+from mkt.trackers.ssd import SSD
 from mkt.tracking import track
 
 CAR = Layer("car", 80.0, ((0.0, 160.0, 120.0, 0.3, 1.0),))

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mkt.kernels import LAYOUTS, PROFILES, Kernels
-from mkt.trackers.ssd import template
+from mkt.trackers.newton import template
 
 configurations = st.builds(
     lambda layout, span, **fields: Kernels(

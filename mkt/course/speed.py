@@ -24,7 +24,7 @@ from mkt.scenes.drawn import Drawn
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
 from mkt.trackers import by_name
-from mkt.trackers.ssd import differentiate, moved, newton_step
+from mkt.trackers.newton import differentiate, moved, newton_step
 from mkt.tracking import track
 from mkt.types import Array, Frame, NDArray, Regions
 

@@ -175,7 +175,7 @@ export function layout({ layout: name = "3x3", span = 1, elliptic = false }, asp
 // The samples that some kernel sees, and for each kernel its samples with their
 // weights.  `columns` holds a pair's weight and its derivatives by a shift along x and
 // y, a turn and the logarithm of the size, with C held fixed:
-// mkt.trackers.ssd.template.
+// mkt.trackers.newton.template.
 export function fitted(spec, region) {
   const { layout: name = "3x3", profile = "epanechnikov", samples = 1200 } = spec;
   const aspect = Math.max(Number((region[3] / region[4]).toFixed(6)), 1e-6);

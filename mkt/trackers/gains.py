@@ -18,7 +18,7 @@ from mkt.checks import checked_frame
 from mkt.colors import Bins
 from mkt.histograms import Target, coefficient
 from mkt.regions import warp_matrices
-from mkt.trackers.ssd import count, template
+from mkt.trackers.newton import count, template
 from mkt.types import Array, Frame, Region
 
 BOUNDS = 0.25, 4.0  # of a gain: two stops up or down

@@ -7,7 +7,7 @@ What it adds to the combination of [T09], each for a failure seen there:
 * **two kinds of evidence**: kernels over colours and over the directions of edges
   (`mkt.edges`), one sum O(x), for particles and optimiser alike;
 * **priors**: ``O(x) + lambda_c (c - c*)^2 + lambda_s (log s / s*)^2`` round the last
-  estimate moved by its velocity (`mkt.trackers.ssd.Prior`), in the steps and in the
+  estimate moved by its velocity (`mkt.trackers.newton.Prior`), in the steps and in the
   choice between their ends.  So a look-alike far off, or a smaller region that fits a
   little better, must pay for its distance.  That of the place widens while the target
   is not surely seen, and it is as sure as the velocity has predicted lately: its weight
@@ -74,7 +74,7 @@ from mkt.regions import THETA, area, wrap_angle
 from mkt.trackers.close_up import close_up, fitting_pitch
 from mkt.trackers.gains import Light, first_light, followed
 from mkt.trackers.last_word import aligned, picture_of
-from mkt.trackers.ssd import Prior, distance_at, minimise
+from mkt.trackers.newton import Prior, distance_at, minimise
 from mkt.tracking import Info, report
 from mkt.types import Array, Frame, NDArray, Region, Rng
 

@@ -14,8 +14,8 @@ of the map that brought it there, and the derivative at x = 0 is
     div(K v_i)  = grad K . v_i + K div v_i,
 
 with v_i(p) the velocity of p under G_i.  It needs neither H nor the frame: one
-`Template` serves all frames, as in `mkt.trackers.ssd`.  Where div v_i is constant, as
-for a change of size, the second term is what the derivative of C brings in.
+`Template` serves all frames, as in `mkt.trackers.newton`.  Where div v_i is constant,
+as for a change of size, the second term is what the derivative of C brings in.
 
 A group is a number of generators, so the similarity and the affine map are the first
 four and the first six columns of the same template.
@@ -43,7 +43,7 @@ from mkt.homographies import (
 )
 from mkt.kernels import Kernels
 from mkt.regions import SQUARE
-from mkt.trackers.ssd import (
+from mkt.trackers.newton import (
     EMPTY,
     TRUST,
     differentiate,
@@ -98,8 +98,8 @@ def columns(kernels: Kernels, group: str) -> Array:
 def step_from(target: Target, image: BinImage, homography: Array, group: str) -> Array:
     """The Gauss-Newton step (9) on the parameters of a group, (k,).
 
-    Each kernel is trusted according to its likeness, rho_j^8, as in `mkt.trackers.ssd`,
-    so that hidden parts of the object do not pull.
+    Each kernel is trusted according to its likeness, rho_j^8, as in
+    `mkt.trackers.newton`, so that hidden parts of the object do not pull.
 
     Parameters
     ----------

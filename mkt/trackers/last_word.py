@@ -15,7 +15,7 @@ import numpy as np
 from mkt.homographies import PARAMETERS, of_regions
 from mkt.trackers.close_up import cut_out
 from mkt.trackers.homography_esm import esm_step, facing, in_view
-from mkt.trackers.ssd import moved
+from mkt.trackers.newton import moved
 from mkt.types import Array, Frame, NDArray, Region
 
 PIXELS = 900  # of a picture, about

@@ -24,7 +24,7 @@ from mkt.regions import displaced
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
 from mkt.trackers.combined import Combined
-from mkt.trackers.ssd import newton_path
+from mkt.trackers.newton import newton_path
 from mkt.tracking import Sequence, track
 from tests.browser.conftest import launched
 from tests.browser.test_pages import AXE, BY_TURNS, WIDE, Opened

@@ -564,9 +564,9 @@ def test_sphinx_ends_where_the_other_work_fails(tmp_path):
 
 
 def test_what_another_module_made_is_on_its_page_alone(site):
-    page = (site / "api" / "mkt.trackers.ssd.html").read_text(encoding="utf-8")
-    assert 'id="mkt.trackers.ssd.minimise"' in page
-    assert 'id="mkt.trackers.ssd.coefficient"' not in page
+    page = (site / "api" / "mkt.trackers.newton.html").read_text(encoding="utf-8")
+    assert 'id="mkt.trackers.newton.minimise"' in page
+    assert 'id="mkt.trackers.newton.coefficient"' not in page
     aliases = (site / "api" / "mkt.types.html").read_text(encoding="utf-8")
     assert 'id="mkt.types.Rng"' in aliases
 

@@ -21,8 +21,9 @@ from mkt.scenes.teuliere2009 import hidden
 from mkt.servoing.poles import closed_loop, one_feature
 from mkt.servoing.self_motion import Kalman
 from mkt.trackers.combined import Combined
+from mkt.trackers.newton import differentiate, newton_path, newton_step
 from mkt.trackers.particle_filter import ParticleFilter
-from mkt.trackers.ssd import SSD, differentiate, newton_path, newton_step
+from mkt.trackers.ssd import SSD
 from mkt.tracking import track
 from tests.live.conftest import ENGINE, Recorded, picture
 from tests.strategies import frames, regions

@@ -23,7 +23,8 @@ from mkt.sequences.carphone import carphone
 from mkt.servoing import planes
 from mkt.servoing.features import Camera
 from mkt.trackers import by_name
-from mkt.trackers.ssd import SSD, differentiate, minimise, newton_step
+from mkt.trackers.newton import differentiate, minimise, newton_step
+from mkt.trackers.ssd import SSD
 from mkt.tracking import track
 from tests.papers.drawing import numbers
 

@@ -18,7 +18,7 @@ from mkt.scenes.rendering import Scene
 from mkt.trackers.close_up import close_up
 from mkt.trackers.gains import BOUNDS, first_light, followed, relit
 from mkt.trackers.guided import FULL_GRID, Guided, Optimum, _surprise
-from mkt.trackers.ssd import minimise
+from mkt.trackers.newton import minimise
 
 BINS = ColorBins()
 CAR = Layer("car", 80.0, ((0.0, 159.5, 119.5, 0.2, 1.0),))

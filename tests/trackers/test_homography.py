@@ -17,7 +17,7 @@ from mkt.regions import displaced, from_box
 from mkt.scenes.cards import card
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene, homographies
-from mkt.trackers import homography, homography_esm, ssd
+from mkt.trackers import homography, homography_esm, newton
 from mkt.trackers.homography import (
     NEARLY,
     SHORT,
@@ -97,14 +97,14 @@ def test_four_parameters_make_the_similaritys_step(car, bins):
     image, target = targets[bins]
     start = displaced(region, 5, -3, 0.1, 1.1)
     by = columns(target.kernels, "similarity")
-    q, dq = ssd.differentiate(target, image, of_regions(start), columns=by)
-    wanted_q, wanted = ssd.differentiate(target, image, start)
+    q, dq = newton.differentiate(target, image, of_regions(start), columns=by)
+    wanted_q, wanted = newton.differentiate(target, image, start)
     assert np.allclose(q, wanted_q, atol=1e-12)
     assert np.allclose(dq, wanted, atol=1e-11)
-    step = ssd.newton_step(q, dq, target.q)
+    step = newton.newton_step(q, dq, target.q)
     there = moved(of_regions(start), 0.1 * step, target.kernels.half_sides)
     # One turns while it shifts, the other afterwards: the same to first order.
-    other = of_regions(ssd.moved(start, 0.1 * step))
+    other = of_regions(newton.moved(start, 0.1 * step))
     assert corner_error(there, other) < 0.01 * corner_error(there, of_regions(start))
 
 
@@ -313,8 +313,8 @@ def test_the_jacobian_of_a_similarity_is_that_of_the_root_of_the_mean_distance()
     clip = card("base", 3).sequence()
     image, region = RGB(clip.frames[0]), clip.truth[0]
     target = learn(image, region, Kernels("3x3", samples=2400))
-    q, dq = ssd.differentiate(target, image, region)
-    seen = q > ssd.EMPTY
+    q, dq = newton.differentiate(target, image, region)
+    seen = q > newton.EMPTY
     expected = dq[seen] / (2 * np.sqrt(q[seen])[:, None]) / 3
     found = jacobian(target, image, of_regions(region), "similarity")
     np.testing.assert_allclose(found, expected, atol=1e-9)
@@ -393,15 +393,15 @@ def test_a_step_trusts_each_kernel_of_a_plane_by_its_likeness():
     x, y = clip.truth[0][:2].astype(int)
     hidden[:, x + 10 :] = 128
     image, here = RGB(hidden), of_regions(clip.truth[0])
-    q, dq = ssd.differentiate(
+    q, dq = newton.differentiate(
         target, image, here, columns=columns(target.kernels, "affine")
     )
     rho = np.sum(np.sqrt(q * target.q), -1)
-    expected = ssd.newton_step(q, dq, target.q, rho**8)
+    expected = newton.newton_step(q, dq, target.q, rho**8)
     np.testing.assert_allclose(
         step_from(target, image, here, "affine"), expected, rtol=1e-4, atol=1e-7
     )
-    assert not np.allclose(expected, ssd.newton_step(q, dq, target.q), rtol=1e-2)
+    assert not np.allclose(expected, newton.newton_step(q, dq, target.q), rtol=1e-2)
 
 
 def test_a_combination_on_planes_reports_its_particles_and_all_looks():

@@ -16,7 +16,7 @@ from mkt.plotting import CONTRAST, DASHES, draw_map, draw_region, show_frame
 from mkt.regions import displaced
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
-from mkt.trackers.ssd import Prior
+from mkt.trackers.newton import Prior
 from mkt.types import Array, Frame, Region
 
 KERNELS = Kernels("3x3", samples=2400)

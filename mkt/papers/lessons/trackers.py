@@ -41,7 +41,7 @@ from mkt.plotting import (
 from mkt.regions import corners, displaced
 from mkt.scenes import SCENES
 from mkt.trackers import by_name
-from mkt.trackers.ssd import newton_path
+from mkt.trackers.newton import newton_path
 from mkt.tracking import Sequence as Clip
 from mkt.tracking import Track, Tracker
 from mkt.types import Array, Frame, NDArray, Region, Regions, Rng
