@@ -231,13 +231,15 @@ def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
             f"the track has {len(track.regions)} frames, but {clip.name} has "
             f"{len(clip)}; give the sequence that it was made on"
         )
-    every, scored = overlaps(track.regions, clip), scored_frames(clip)
+    every = overlaps(track.regions, clip)
+    scored = scored_frames(clip)
     if not scored.any():
         return dict.fromkeys(JUDGED, np.nan)
     iou = every[scored]
     off = errors(track.regions[scored], clip.truth[scored])
     degrees = np.rad2deg(off.orientation)
-    hit, said = iou > HIT, np.asarray(track.lost, bool)[scored]
+    hit = iou > HIT
+    said = np.asarray(track.lost, bool)[scored]
     right = hit & (clip.upright | (degrees <= TURNED))
     given = np.isfinite(track.regions[scored]).all(-1)
     numbers = {
@@ -303,7 +305,8 @@ def restarted(tracker: Tracker, clip: Sequence, seed: int = 0) -> Restarted:
                 iou = overlap(info["region"], clip.truth[k], clip.upright)
                 run.overlap[k] = np.nan_to_num(iou)
             if run.overlap[k] == 0:
-                running, ready = False, k + PAUSE
+                running = False
+                ready = k + PAUSE
                 run.failures.append(k)
         elif k >= ready and seen[k]:
             try:

@@ -120,7 +120,8 @@ def turned(counts: NDArray, theta: Array, compass: tuple[int, int]) -> None:
     whole = np.floor(turns)
     shares = (turns - whole).astype(counts.dtype)
     shares = shares.reshape(-1, *(1,) * (counts.ndim - 1))
-    bins, sectors = counts[..., first : first + n], whole.astype(int) % n
+    bins = counts[..., first : first + n]
+    sectors = whole.astype(int) % n
     for sector in set(sectors.tolist()):
         rows = sectors == sector
         bins[rows] = _mixed(bins[rows], sector, shares[rows], -1)[0]
@@ -145,7 +146,8 @@ def turned_once(counts: Array, theta: float, compass: tuple[int, int]) -> Array:
     """
     first, n = compass
     turns = theta * n / (2 * np.pi) if isfinite(theta) else 0.0
-    whole, bins = floor(turns), counts[:, first : first + n]
+    whole = floor(turns)
+    bins = counts[:, first : first + n]
     bins[:], change = _mixed(bins, whole % n, turns - whole, 1)
     return change * (n / (2 * np.pi))
 
@@ -234,7 +236,8 @@ def _chunks(
         raise ValueError(
             f"samples is {kernels.samples}, too many; take at most {LONGEST}"
         )
-    rows, matrices = _chunk(kernels), _matrices(image, regions)
+    rows = _chunk(kernels)
+    matrices = _matrices(image, regions)
     for start in range(0, len(regions), rows):
         part = slice(start, start + rows)
         yield part, _look_up(image, kernels, matrices[part])
@@ -268,7 +271,9 @@ def _look_up(image: BinImage, kernels: Kernels, matrices: NDArray) -> NDArray:
     Two rows are an affine map, three one in perspective.  The next call in the same
     thread overwrites them.
     """
-    rows, points, layers = len(matrices), kernels.homogeneous, image.layers
+    rows = len(matrices)
+    points = kernels.homogeneous
+    layers = image.layers
     shape = len(layers), rows, points.shape[1]
     x, y, labels = _room(get_ident(), shape, image.labels.dtype)
     np.matmul(matrices[:, 0], points, out=x)

@@ -96,7 +96,8 @@ def patch(frame: Frame, region: ArrayLike, around: float = AROUND) -> Frame:
     Beyond the image the pixels of its border are repeated.  ValueError for an array
     that is not a frame, and for a region without area or outside the image.
     """
-    frame, region = checked_frame(frame), checked_region(region)
+    frame = checked_frame(frame)
+    region = checked_region(region)
     if outside(region, frame.shape):
         raise ValueError(f"the region {in_words(region)} lies outside the image")
     n = round(SIDE * around)

@@ -218,7 +218,8 @@ def follow(
             f"{clip.name}: the first frame has no true region; "
             "pass start=(cx, cy, theta, hx, hy)"
         )
-    rng, frames = np.random.default_rng(seed), iter(clip.frames)
+    rng = np.random.default_rng(seed)
+    frames = iter(clip.frames)
     state = tracker.init(next(frames), first, rng)
     if progress:
         progress(1, len(clip))

@@ -94,7 +94,9 @@ def _section(cells: Sequence[NotebookNode], heading: str) -> str:
 
 def _body(cells: Sequence[NotebookNode]) -> Iterator[Slide]:
     """Equations, predictions, figures and answers, as they come."""
-    above, answers, drawn = "", "", set()
+    above = ""
+    answers = ""
+    drawn = set()
     for cell in cells:
         if cell.cell_type == "markdown":
             yield from _equations(cell.source, above)

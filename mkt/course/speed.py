@@ -96,7 +96,9 @@ def warp_and_nine_histograms(image: BinImage, regions: Regions) -> NDArray:
 
 def one_shot_numpy(image: BinImage, kernels: Kernels, regions: Regions) -> NDArray:
     """All positions, all look-ups and all counts in one array each, (N, 9, m)."""
-    n, m, labels = len(regions), image.m, image.labels
+    n = len(regions)
+    m = image.m
+    labels = image.labels
     height, width = labels.shape
     places = np.rint(warp(regions, kernels.points)).astype(int)
     x, y = np.moveaxis(places, -1, 0)

@@ -75,7 +75,8 @@ def spelled(thing: Any) -> str:
         # In full: in short two can look the same.
         with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
             return repr(thing)
-    kind, more = type(thing), _beside(thing)
+    kind = type(thing)
+    more = _beside(thing)
     inside = f"{kind.__module__}.{kind.__qualname__}({_inside(thing)})"
     return inside + spelled(more) if more else inside
 

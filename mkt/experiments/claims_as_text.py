@@ -23,7 +23,8 @@ def as_text(results: list[Result]) -> str:
 
 
 def _seeds(seeds: Sequence[int]) -> str:
-    first, after = min(seeds), max(seeds) + 1
+    first = min(seeds)
+    after = max(seeds) + 1
     together = [*seeds] == [*range(first, after)]
     return f"{first}:{after}" if together else ", ".join(map(str, seeds))
 

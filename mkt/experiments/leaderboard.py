@@ -291,7 +291,8 @@ def _trackers(names: Iterable[str], seeds: Sequence[int]) -> dict[str, Tracker]:
 
 def draws(tracker: Tracker) -> bool:
     """Whether a tracker uses its random numbers: found out over three frames."""
-    clip, rng = Drawn("base").sequence(), np.random.default_rng(0)
+    clip = Drawn("base").sequence()
+    rng = np.random.default_rng(0)
     before = rng.bit_generator.state
     state = tracker.init(clip.frames[0], clip.truth[0], rng)
     for frame in clip.frames[1:3]:
@@ -447,7 +448,8 @@ def refusals(rows: pd.DataFrame) -> list[str]:
 
 def extent(board: Board) -> str:
     """How many sequences and runs a board has, in words."""
-    n, runs = board.rows["source"].nunique(), f"{len(board.rows)} runs"
+    n = board.rows["source"].nunique()
+    runs = f"{len(board.rows)} runs"
     if board.case == "seed":
         return f"{n} kinds of scene, {board.rows['seed'].nunique()} of each, {runs}"
     return f"{n} sequence{'' if n == 1 else 's'}, {runs}"

@@ -66,7 +66,8 @@ class Statistic:
 
 def _median_ends(values: Array, level: float) -> tuple[float, float]:
     """Two of the sorted values; infinite where there are too few."""
-    n, ordered = len(values), np.sort(values)
+    n = len(values)
+    ordered = np.sort(values)
     k = int(scipy.stats.binom.ppf((1 - level) / 2, n, 0.5))
     return (ordered[k - 1], ordered[n - k]) if k else (-np.inf, np.inf)
 

@@ -153,7 +153,8 @@ def run(job: Job) -> dict[str, Any]:
     row |= {name: getattr(job.source, name, "") for name in ("item", "ground")}
     if refused := _refusal(job, clip):
         return row | dict.fromkeys(NUMBERS, np.nan) | {"refused": refused}
-    frames.seconds, start = 0.0, time.process_time()
+    frames.seconds = 0.0
+    start = time.process_time()
     result = track(job.tracker, clip, job.seed)
     seconds = time.process_time() - start - frames.seconds
     cost = {"cpu_ms": 1e3 * seconds / len(clip)} | _effort(result)

@@ -44,7 +44,9 @@ class _Limits:
     """
 
     def __init__(self):
-        self._lock, self._users, self._undo = Lock(), 0, ExitStack()
+        self._lock = Lock()
+        self._users = 0
+        self._undo = ExitStack()
 
     def enter(self) -> None:
         """One more wants them."""

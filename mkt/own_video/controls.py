@@ -252,7 +252,8 @@ class Report(ipywidgets.VBox):
         """
         self.clear(f"{doing} ...")
         self.bar.layout.visibility = "visible"
-        self.bar.max, self.bar.value = length or 1, 0
+        self.bar.max = length or 1
+        self.bar.value = 0
         last = -np.inf
         try:
             for done, picture in enumerate(pictures, 1):

@@ -23,7 +23,8 @@ def annotated(frame: Frame, info: Info, label: str) -> Frame:
     Green is where the tracker says the target is, dashed red where it says that it lost
     it.
     """
-    image, lost = frame.copy(), info["lost"]
+    image = frame.copy()
+    lost = info["lost"]
     thick = max(1, round(frame.shape[0] / 240))
     color = _rgb(DESIRED if lost else CURRENT)
     _outline(image, info["region"], color, thick, dashed=lost)

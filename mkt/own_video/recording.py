@@ -136,7 +136,8 @@ class Recorder:
         settings: Settings | None = None,
     ):
         self.done = 0
-        self._title, self._output = title, written_path(output)
+        self._title = title
+        self._output = written_path(output)
         _refuse_ending(self._output)
         refuse_taken(self._output)
         self._first, self._every = settings.part if settings else (0, 1)

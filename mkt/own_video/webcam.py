@@ -49,7 +49,8 @@ def record(path: Path, seconds: float, camera: int = 0) -> Generator[Frame]:
     with quiet():
         capture = cv2.VideoCapture(camera)
     try:
-        first, fps = _read(capture), capture.get(cv2.CAP_PROP_FPS)
+        first = _read(capture)
+        fps = capture.get(cv2.CAP_PROP_FPS)
         if first is None:
             what = "this kernel sees no camera, or it gives no picture"
             raise DataError(f"webcam {camera}", what, REMEDY)

@@ -62,8 +62,10 @@ class Workbench(ipywidgets.VBox):
         self.clip: Sequence | None = None
         self.task: asyncio.Task | None = None
         self.output: Path | None = None
-        self.source, self.picker = Source(), BoxPicker()
-        self.method, self.report = Method(), Report()
+        self.source = Source()
+        self.picker = BoxPicker()
+        self.method = Method()
+        self.report = Report()
         self.track = _button(
             "track", "play", "follow what is in the box, to the end of the video"
         )

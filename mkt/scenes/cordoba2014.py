@@ -75,7 +75,8 @@ def passers(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
         speed = rng.choice([-1, 1]) * rng.uniform(5, 8)
         ends = np.array([0, LENGTH])
         across = way(ends, x + speed * (ends - frame), y)
-        hue, shuffle = float(rng.choice([24, 40, 60])), int(rng.integers(1, 4))
+        hue = float(rng.choice([24, 40, 60]))
+        shuffle = int(rng.integers(1, 4))
         front.append(Layer(item, 1.7 * _width(item), across, hue=hue, shuffle=shuffle))
     return _scene(Layer(item, _width(item), path), ground, seed, front=tuple(front))
 

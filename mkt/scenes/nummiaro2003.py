@@ -150,7 +150,9 @@ def traffic(seed: int, look: str = "fades", growth: float = 1.8) -> Scene:
     still = np.column_stack([np.zeros(len(beats)), np.ones(len(beats))])
     camera = as_path(np.column_stack([beats, shake, still]))
     view = None if look == "same" else SIDE
-    path, turn = way(times, x, y, scale=scales), ((15.0, 0.0), (135.0, 1.0))
-    width, box = CAR_WIDTHS["traffic"], look == "turns"
+    path = way(times, x, y, scale=scales)
+    turn = ((15.0, 0.0), (135.0, 1.0))
+    width = CAR_WIDTHS["traffic"]
+    box = look == "turns"
     van = Layer(REAR, width, path, view=view, turn=turn, box=box)
     return Scene(van, "street", 150, camera=camera, seed=seed)

@@ -185,7 +185,8 @@ def _tree() -> NDArray:
     """A dense tree whose leaves begin low above the ground."""
     leaves = photograph("grass")[:480, :208, :3] * np.array([0.55, 0.72, 0.5])
     h, w = leaves.shape[:2]
-    across, down = np.linspace(-1, 1, w), np.linspace(0, 1, h)[:, None]
+    across = np.linspace(-1, 1, w)
+    down = np.linspace(0, 1, h)[:, None]
     leaves *= (1.05 - 0.5 * across**2)[:, None]  # the sides are in the shade
     crown = np.abs(across) < 1.05 * np.minimum(1, (1 - (1 - 3 * down).clip(0) ** 2))
     trunk = (np.abs(across) < 0.3) & (down > 0.9)

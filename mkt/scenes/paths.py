@@ -129,7 +129,8 @@ def roaming(
     angles = np.cumsum(rng.normal(0, turn, len(times)))
     scales = np.exp(rng.uniform(-growth, growth, len(times)))
     table = np.column_stack([times, places, angles - angles[0], scales / scales[0]])
-    start, frame = table[:1], np.array([1.0, 0, 0, 0, 0])
+    start = table[:1]
+    frame = np.array([1.0, 0, 0, 0, 0])
     rest = [start - 2 * frame, start - frame, start]
     return as_path(np.concatenate([*rest, table[1:] + 2 * frame]))
 

@@ -115,7 +115,8 @@ def _ellipse(h: int, w: int) -> NDArray:
 
 def _ring(h: int, w: int) -> NDArray:
     """The ellipse without its inner part, seven tenths of its axes."""
-    mask, centre = _ellipse(h, w), (w // 2, h // 2)
+    mask = _ellipse(h, w)
+    centre = (w // 2, h // 2)
     inner = 7 * w // 20, 7 * h // 20
     return cv2.ellipse(mask, centre, inner, 0, 0, 360, 0, -1, cv2.LINE_AA)
 

@@ -82,7 +82,8 @@ def blur(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 def illumination(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     """The light dims, brightens and changes its colour."""
     rng = np.random.default_rng((5, seed))
-    brightness, cast = rng.uniform(-0.5, 0.2, (4, 1)), rng.normal(0, 0.12, (4, 3))
+    brightness = rng.uniform(-0.5, 0.2, (4, 1))
+    cast = rng.normal(0, 0.12, (4, 3))
     gains = np.exp(brightness + cast)
     gains[0] = 1
     light = as_path(np.column_stack([[0.0, 40.0, 80.0, 120.0], gains]))

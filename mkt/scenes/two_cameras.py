@@ -91,6 +91,7 @@ def seen(H: Array, region: Region) -> Region:
     sides = [region[:2] + hy * across, region[:2] - hy * across]
     points = np.array([[region[:2], *ends, *sides]])
     centre, right, left, low, high = cv2.perspectiveTransform(points, H)[0]
-    axis, width = right - left, np.linalg.norm(low - high)
+    axis = right - left
+    width = np.linalg.norm(low - high)
     angle = np.arctan2(axis[1], axis[0])
     return np.array([*centre, angle, np.linalg.norm(axis) / 2, width / 2])

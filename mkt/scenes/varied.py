@@ -60,7 +60,8 @@ def calm(seed: int, **target: Any) -> Scene:
 
 def swift(seed: int) -> Scene:
     """Short bursts: another way-point every eight frames, under a fast shutter."""
-    rng, lot = np.random.default_rng((41, seed)), drawn("base", seed)
+    rng = np.random.default_rng((41, seed))
+    lot = drawn("base", seed)
     target = Layer(lot.item, WIDTH, roaming(rng, every=8, turn=0.3))
     return Scene(target, lot.ground, LENGTH, shutter=0.0, seed=seed)
 

@@ -53,7 +53,8 @@ def mot(folder: str | os.PathLike, target: int) -> Sequence:
             rows.path, f"no target has the id {target}", f"choose one of {known}"
         )
     frames = ImageFolder(Path(folder) / "img1")
-    rows, numbers = rows.of(mine), numbers[mine]
+    rows = rows.of(mine)
+    numbers = numbers[mine]
     index = frame_index(rows, numbers, len(frames))
     truth = np.full((len(frames), 5), np.nan)
     truth[index] = regions(numbers)

@@ -57,7 +57,8 @@ class Part:
         DataError
             As `mkt.sequences.benchmarks.Found.sequence` does.
         """
-        clip, end = self.found.sequence(), self.start + LONGEST * self.way
+        clip = self.found.sequence()
+        end = self.start + LONGEST * self.way
         return clip.part(slice(self.start, None if end < 0 else end, self.way))
 
 
@@ -73,7 +74,8 @@ def parts(found: Found, n: int) -> list[Part]:
         As `mkt.sequences.benchmarks.Found.sequence` does.
     """
     seen = found.sequence().visibility > SEEN
-    shortest, last = min(SHORTEST, len(seen) // 2), len(seen) - 1
+    shortest = min(SHORTEST, len(seen) // 2)
+    last = len(seen) - 1
     spread = np.linspace(0, last - shortest, n).round().astype(int)
     forwards = [Part(found, k) for k in _next_seen(seen, spread)]
     back = [Part(found, last - k, -1) for k in _next_seen(seen[::-1], spread)]

@@ -111,7 +111,8 @@ def read(path: Path, found: Found) -> tuple[Track, Sequence]:
     DataError
         Naming the file, the line and the remedy.
     """
-    path, clip = existing_file(path), found.sequence()
+    path = existing_file(path)
+    clip = found.sequence()
     head = path.read_text("utf-8-sig", "replace").lstrip('"')
     if head.startswith(COLUMNS[0]):
         regions, lost = _ours(path, found)
@@ -172,7 +173,8 @@ def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
 def _mot_regions(path: Path, found: Found, clip: Sequence) -> Regions:
     rows, numbers = read_rows(path, (10, 9, 7))
     rows.refuse_nan(numbers[:, :6])  # a confidence may be unknown
-    first, length = found.first, len(ImageFolder(found.folder / "img1"))
+    first = found.first
+    length = len(ImageFolder(found.folder / "img1"))
     index = mot.frame_index(rows, numbers, length) - first
     boxes = mot.regions(numbers)
     begun = index == 0

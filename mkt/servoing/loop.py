@@ -172,7 +172,8 @@ class Servo:
         if lost:
             return self._unseen(state, s, e)
         L = interaction_matrix(region, self.camera, self.surface, self.angle)
-        measured, filtered = _unknown(), state.filter
+        measured = _unknown()
+        filtered = state.filter
         if state.error is not None:
             measured = measured_self_motion(
                 e, state.error, L, state.twists[-1], self.dt, self.angle
@@ -382,9 +383,12 @@ class _Sight(NamedTuple):
 
 def _rows(experiment: Experiment) -> Iterator[dict[str, Any]]:
     """The loop itself: the entries of a `Run`, for each frame."""
-    servo, rng = experiment.servo, np.random.default_rng(experiment.seed)
-    pose, v = _start(experiment), np.zeros(6)
-    state, sight = servo.init(), None
+    servo = experiment.servo
+    rng = np.random.default_rng(experiment.seed)
+    pose = _start(experiment)
+    v = np.zeros(6)
+    state = servo.init()
+    sight = None
     # What is on its way to the controller, the oldest first.
     arriving: deque[_Sight] = deque(maxlen=servo.delay + 1)
     for k in range(experiment.frames):

@@ -141,7 +141,9 @@ def one_feature(
     """
     e = np.zeros(len(gain))
     state = np.zeros((2, len(gain)))
-    history, seen, sent = [], [], [e] * (delay + 1)
+    history = []
+    seen = []
+    sent = [e] * (delay + 1)
     for k, own in enumerate(np.asarray(velocity, float)):
         history.append(e)
         seen.append(e + noise[k])

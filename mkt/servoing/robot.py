@@ -425,7 +425,8 @@ def _level(name: str, k: int, cut_out: bool) -> NDArray:
     """
     rgba = texture(name)
     width, height = (max(round(side * 2 ** (-k / 4)), 4) for side in rgba.shape[1::-1])
-    rgb, area = np.ascontiguousarray(rgba[..., :3]), cv2.INTER_AREA
+    rgb = np.ascontiguousarray(rgba[..., :3])
+    area = cv2.INTER_AREA
     if not cut_out:
         return cv2.resize(rgb, (width, height), interpolation=area)
     alpha = rgba[..., 3:].astype(np.float32) / 255

@@ -123,8 +123,10 @@ class Kalman:
             return np.array([1.0, self.rho])
         import control
 
-        F, H = self.transition, np.array([[1.0, 0.0]])
-        Q, R = np.diag([0.0, self.ratio]), 1.0
+        F = self.transition
+        H = np.array([[1.0, 0.0]])
+        Q = np.diag([0.0, self.ratio])
+        R = 1.0
         _, P, _ = control.dlqe(F, np.eye(2), H, Q, R)
         return P[:, 0] / (P[0, 0] + 1)
 

@@ -183,8 +183,10 @@ class Adaptive:
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> AdaptiveState:
         """Start where a user or a detector says: learn the model, spread particles."""
-        model, region = self.learn(frame, region), upright(region)
-        image, half_axes = self.bins(frame), model.half_axes
+        model = self.learn(frame, region)
+        region = upright(region)
+        image = self.bins(frame)
+        half_axes = model.half_axes
         around = background(self.disc, image, half_axes, without=region)
         here = [*region[:2], 0, 0, *region[3:], 0]
         particles = self.motion.predict(np.tile(here, (self.n, 1)), half_axes, rng)
@@ -208,7 +210,8 @@ class Adaptive:
     def _begun(
         self, model: Model, particles: Array, around: NDArray, region: Region, mode: str
     ) -> AdaptiveState:
-        weights, limit = np.full(self.n, 1 / self.n), threshold(around, model.q)
+        weights = np.full(self.n, 1 / self.n)
+        limit = threshold(around, model.q)
         return AdaptiveState(model, particles, weights, around, limit, region, mode, 0)
 
     def step(
@@ -255,7 +258,8 @@ class Adaptive:
 
     def _report(self, state: AdaptiveState, seen: float) -> Info:
         """The info of a step, in which the mean state has the coefficient `seen`."""
-        regions, weights = as_regions(state.particles), state.weights
+        regions = as_regions(state.particles)
+        weights = state.weights
         nothing = np.isnan(seen)
         d = 1.0 if nothing else np.sqrt(max(1 - seen, 0.0))
         return report(

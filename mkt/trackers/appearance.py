@@ -148,6 +148,7 @@ def _along_borders(size: Array, half_axes: Array, n: int, rng: Rng) -> Array:
     vertical = rng.random(n) < size[1] / size.sum()
     axis = np.where(vertical, 0, 1)
     k = np.arange(n)
-    near, far = depth[k, axis], (size - 1)[axis] - depth[k, axis]
+    near = depth[k, axis]
+    far = (size - 1)[axis] - depth[k, axis]
     centres[k, axis] = np.where(rng.random(n) < 0.5, near, far)
     return centres

@@ -61,7 +61,8 @@ class Disc:
         -------
         (N, m) float32 array of sum 1
         """
-        regions, kernels = np.asarray(regions, float), self.kernels
+        regions = np.asarray(regions, float)
+        kernels = self.kernels
         if self.elliptic:
             return histograms(image, kernels, regions)[:, 0]
         squares = regions[:, HX:] ** 2

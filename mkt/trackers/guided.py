@@ -231,7 +231,8 @@ class Guided:
         region = checked_region(region)
         region[THETA] = wrap_angle(region[THETA])
         pitch = fitting_pitch(self.fine, region)
-        ones, here = np.ones(3), region[None]
+        ones = np.ones(3)
+        here = region[None]
         image = close_up(self.bins, frame, ones, here, pitch)
         coarse, fine = (learn(image, region, k, True) for k in (self.coarse, self.fine))
         colors = close_up(COLORS, frame, ones, here, pitch)

@@ -253,7 +253,8 @@ class PlaneSSD:
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> PlaneState:
         """Learn the reference for each pass, of an object that faces the camera."""
-        image, region = self.bins(frame), checked_region(region)
+        image = self.bins(frame)
+        region = checked_region(region)
         targets = tuple(learn(image, region, kernels) for kernels in self.passes)
         first = of_regions(region)
         return PlaneState(targets, first, first)

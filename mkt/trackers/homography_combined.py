@@ -85,7 +85,8 @@ class PlaneCombined:
         self, state: PlaneCombinedState, frame: Frame, rng: Rng
     ) -> tuple[PlaneCombinedState, Info]:
         """Scatter, weigh, estimate; refine where the target is seen; draw."""
-        image, (ssd, target, offsets) = self.ssd.bins(frame), state
+        image = self.ssd.bins(frame)
+        ssd, target, offsets = state
         half_sides = target.kernels.half_sides
         offsets = offsets + self.spread * rng.standard_normal(offsets.shape)
         places = moved(ssd.homography, offsets, half_sides)
@@ -94,11 +95,13 @@ class PlaneCombined:
         mean = weights @ offsets
         estimate = moved(ssd.homography, mean, half_sides)
         d = float(distance(target.coefficients(image, estimate[None])[0], -1))
-        lost, steps = d > self.threshold, 0
+        lost = d > self.threshold
+        steps = 0
         if not lost:
             estimate, d, steps = self.ssd.refine(ssd, image, estimate)
             lost = d > self.ssd.lost_above
-        cost, n_eff = self.n + 1 + steps, effective_sample_size(weights)
+        cost = self.n + 1 + steps
+        n_eff = effective_sample_size(weights)
         info = plane_report(ssd, estimate, d, lost, cost, steps=steps, n_eff=n_eff)
         kept = offsets[systematic(weights, rng)] - mean
         ssd = ssd._replace(homography=estimate)

@@ -109,7 +109,8 @@ class PlaneESM:
         region = checked_region(region)
         hx, hy = region[3:]
         size = max(round(2 * hx), 8), max(round(2 * hy), 8)
-        first, smoothed = of_regions(region), self._smoothed(frame)
+        first = of_regions(region)
+        smoothed = self._smoothed(frame)
         if not in_view(facing(smoothed[0], first, np.zeros(COARSE, np.float32))):
             raise ValueError(
                 f"most of the region {in_words(region)} lies outside the image; "
@@ -219,7 +220,8 @@ def _motions(w: int, h: int, motions: tuple[int, ...]) -> NDArray:
     A unit of the object plane is the root of a quarter of the area.
     """
     x, y = np.meshgrid(np.arange(w), np.arange(h))
-    centre, unit = from_box([0, 0, w, h])[:2], (w * h) ** 0.5 / 2
+    centre = from_box([0, 0, w, h])[:2]
+    unit = (w * h) ** 0.5 / 2
     points = (np.column_stack([x.ravel(), y.ravel()]) - centre) / unit
     v, _ = flow(points, 8)
     return np.ascontiguousarray(unit * np.moveaxis(v[list(motions)], 2, 0), np.float32)

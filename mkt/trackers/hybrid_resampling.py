@@ -189,7 +189,8 @@ class HybridResampling:
         hidden = self.is_hidden(weights, likelihoods)
         looked = self._cost(state, hidden)
         if hidden:
-            state, shares = self._waited(state, predicted), NOTHING_LEARNT
+            state = self._waited(state, predicted)
+            shares = NOTHING_LEARNT
             d = state.target.distances(image, state.estimate + self._onward(state))
         else:
             state, d, shares = self._found(

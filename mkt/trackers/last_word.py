@@ -75,7 +75,9 @@ def aligned(
         With the picture, in [-1, 1], before the last step; 0 where the frame shows
         too little of the object.
     """
-    close_up, region, correlation = _close_up(frame, start, pitch), start, 0.0
+    close_up = _close_up(frame, start, pitch)
+    region = start
+    correlation = 0.0
     for _ in range(STEPS):
         seen = _over(close_up, region, picture)
         if not in_view(seen):

@@ -100,7 +100,9 @@ def count(target: Target, labels: NDArray, columns: Array) -> Array:
     -------
     (J, m, k) array
     """
-    pairs, m, layers = template(target.kernels), target.m, np.atleast_2d(labels)
+    pairs = template(target.kernels)
+    m = target.m
+    layers = np.atleast_2d(labels)
     shape = len(target.q) * (m + 1), len(pairs.sample)
     rows = np.empty((shape[1], len(layers)), np.int32)
     offsets = _offsets(target.kernels, m)
@@ -281,7 +283,8 @@ def moved(region: Region, step: Array) -> Region:
     tau_x, tau_y, turn, growth = bounded.tolist()
     # Plain numbers: for four of them numpy's functions cost ten times as much.
     s, c = sin(theta), cos(theta)
-    size, factor = sqrt(hx * hy), exp(growth)
+    size = sqrt(hx * hy)
+    factor = exp(growth)
     cx += size * (c * tau_x - s * tau_y)
     cy += size * (s * tau_x + c * tau_y)
     return np.array([cx, cy, theta + turn, factor * hx, factor * hy])

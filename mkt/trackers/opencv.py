@@ -170,7 +170,8 @@ class MeanShift:
         ValueError
             When it has none, or lies outside the image.
         """
-        frame, region = checked_frame(frame), checked_region(region)
+        frame = checked_frame(frame)
+        region = checked_region(region)
         window = _window(frame, region)
         hsv = cv2.cvtColor(frame, cv2.COLOR_RGB2HSV)
         outline = np.rint(corners(region)).clip(-FAR, FAR).astype(np.int32)

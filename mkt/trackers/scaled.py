@@ -81,7 +81,8 @@ class Scaled:
         return np.array([[s, 0, shift], [0, s, shift], [0, 0, 1]])
 
     def _shrunk(self, frame: Frame) -> Frame:
-        frame, scale = checked_frame(frame), self.scale
+        frame = checked_frame(frame)
+        scale = self.scale
         height, width = frame.shape[:2]
         if min(height, width) * scale <= 0.5:
             raise ValueError(

@@ -39,7 +39,8 @@ class Shaped(ParticleFilter):
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> FilterState:
         """Learn the shape, then the reference, and scatter particles."""
-        frame, region = checked_frame(frame), checked_region(region)
+        frame = checked_frame(frame)
+        region = checked_region(region)
         kernels = masked(self.kernels, SHAPES[self.shape](frame, region))
         target = learn(self.bins(frame), region, kernels)
         return FilterState(target, self.motion.scatter(region, self.n, rng))

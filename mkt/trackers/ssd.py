@@ -91,7 +91,8 @@ class SSD:
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> SSDState:
         """Learn the reference at every span."""
-        image, region = self.bins(frame), checked_region(region)
+        image = self.bins(frame)
+        region = checked_region(region)
         own = self.kernels.span
         kernels = [replace(self.kernels, span=span * own) for span in self.spans]
         targets = tuple(learn(image, region, each) for each in kernels)

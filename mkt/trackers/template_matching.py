@@ -101,7 +101,8 @@ class TemplateMatching:
         ValueError
             For a frame that is smaller than the template.
         """
-        frame, template = checked_frame(frame), state.template
+        frame = checked_frame(frame)
+        template = state.template
         if (np.array(frame.shape) < template.shape).any():
             raise ValueError(
                 f"the frame has the shape {frame.shape}, but the template "

@@ -115,7 +115,8 @@ class TwoCameras:
     def _look(self, k: int, state: FilterState, frame: Frame, rng: Rng) -> "_Look":
         """What a camera sees by itself, and says of it; nothing where it is lost."""
         pf, target = self.filter, state.target
-        image, cloud = pf.bins(frame), pf.motion.predict(state.particles, rng)
+        image = pf.bins(frame)
+        cloud = pf.motion.predict(state.particles, rng)
         rho = target.coefficients(image, cloud.regions)
         logs = log_likelihood(rho, pf.lam, pf.combine)
         ground = on_ground(self.homographies[k], cloud.regions[:, :2])

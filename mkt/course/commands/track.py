@@ -204,12 +204,15 @@ def _track(args) -> int | None:
     if args.settings:
         chosen = settings.load(args.settings, args.video)
     else:
-        box, numbers = parse_box(args.box[0]), _particles(args)
+        box = parse_box(args.box[0])
+        numbers = _particles(args)
         chosen = settings.settled(
             args.video, box, args.tracker, numbers, args.seed, **_part(args)
         )
     output = _output(args, chosen.video)
-    clip, tracker, name = chosen.sequence(), chosen.configured(), chosen.tracker
+    clip = chosen.sequence()
+    tracker = chosen.configured()
+    name = chosen.tracker
     done = recording.record(
         tracker, clip, output, chosen.seed, title=name, settings=chosen
     )
