@@ -76,7 +76,7 @@ from mkt.trackers.gains import Light, first_light, followed
 from mkt.trackers.last_word import aligned, picture_of
 from mkt.trackers.newton import Prior, distance_at, minimise
 from mkt.tracking import Info, report
-from mkt.types import Array, Frame, NDArray, Region, Rng
+from mkt.types import Array, Frame, NDArray, Region, Regions, Rng
 
 FULL_GRID = 4800  # samples of a region whose cost counts as one evaluation
 MEMORY = 0.9  # of the surprise, for one frame
@@ -263,13 +263,8 @@ class Guided:
         image = close_up(self.bins, frame, gains, everywhere, state.pitch)
         rho = state.coarse.coefficients(image, particles.regions)
         likeness = np.maximum(rho.mean(-1), 1e-9)
-        favour = likeness - prior.cost(particles.regions) / _full(state)
-        best = particles.regions[np.argsort(favour)[::-1][: self.starts]]
-        optimum = self._optimum(state, image, prior, [prior.region, *best])
-        if optimum.distance > self.found:
-            alike = particles.regions[np.argmax(likeness)]
-            optimum, prior = self._anywhere(state, image, prior, optimum, alike)
-        known, d, steps, turned = self._turned(state, image, prior, optimum)
+        searched = self._search(state, image, prior, particles.regions, likeness)
+        known, d, steps, turned = self._turned(state, image, *searched)
         lost, hidden = d > self.lost_above, d > self.hidden_above
         sure = d <= self.found
         if sure:
@@ -336,6 +331,23 @@ class Guided:
         velocities = np.where(chosen[:, None], velocity, particles.velocities)
         return Particles(regions, velocities)
 
+    def _search(
+        self,
+        state: GuidedState,
+        image: BinImage,
+        prior: Prior,
+        regions: Regions,
+        likeness: Array,
+    ) -> tuple[Prior, Optimum]:
+        """The optimum over the starts, or over one anywhere, behind its prior."""
+        favour = likeness - prior.cost(regions) / _full(state)
+        best = regions[np.argsort(favour)[::-1][: self.starts]]
+        optimum = self._optimum(state, image, prior, [prior.region, *best])
+        if optimum.distance <= self.found:
+            return prior, optimum
+        alike = regions[np.argmax(likeness)]
+        return self._anywhere(state, image, prior, optimum, alike)
+
     def _optimum(
         self,
         state: GuidedState,
@@ -366,10 +378,10 @@ class Guided:
         prior: Prior,
         known: Optimum,
         start: Region,
-    ) -> tuple[Optimum, Prior]:
+    ) -> tuple[Prior, Optimum]:
         """The optimum from a start wherever it is, if it is the target beyond doubt.
 
-        Else the `known` one; each with the prior that it was found under.  A start
+        Else the `known` one; each behind the prior that it was found under.  A start
         anywhere is a hypothesis of its own, with its own size and orientation: those
         of the estimate may be of something else.
         """
@@ -377,8 +389,8 @@ class Guided:
         end = self._closest(state, image, anywhere, start, True)
         end = end._replace(steps=known.steps + end.steps)
         if end.distance < self.sure:
-            return end, anywhere
-        return known._replace(steps=end.steps), prior
+            return anywhere, end
+        return prior, known._replace(steps=end.steps)
 
     def _turned(
         self, state: GuidedState, image: BinImage, prior: Prior, known: Optimum

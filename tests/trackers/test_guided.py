@@ -345,7 +345,7 @@ def test_a_start_anywhere_knows_no_place_and_has_a_size_and_a_turn_of_its_own(
     end, known = ended(far(3), distance, 3, True), ended(far(0), 0.5, 4)
     tracker, state, prior = told(end)
     start = far(3) * (1, 1, 1, 1.3, 1.3)
-    found, under = tracker._anywhere(state, None, prior, known, start)
+    under, found = tracker._anywhere(state, None, prior, known, start)
     assert found.steps == 7 and found.distance == (distance if taken else 0.5)
     [(begun, free, asked)] = tracker.asked
     assert begun is start and asked.region is start and free and found.free == taken
