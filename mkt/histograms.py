@@ -76,7 +76,10 @@ def histograms(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray
 
 
 def counts(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray:
-    """`histograms` before they are made to sum to 1; the same arguments and errors."""
+    """`histograms` (N, J, m) before they are made to sum to 1.
+
+    The arguments and the errors are the same.
+    """
     _check(image, kernels)
     regions = as_places(regions)
     count = _weighted if kernels.parts is None else _constant

@@ -122,7 +122,10 @@ def corners(homographies: Array) -> Array:
 
 
 def corner_error(homographies: Array, truth: Array) -> Array:
-    """Root of the mean squared distance of the four corners (...) [px]."""
+    """Root of the mean squared distance of the four corners, (...) [px].
+
+    Of homographies (..., 3, 3) from true ones of the same shape.
+    """
     off = corners(homographies) - corners(truth)
     return np.sqrt((off**2).sum(-1).mean(-1))
 

@@ -156,23 +156,23 @@ def circular_emd(p: ArrayLike, q: ArrayLike) -> Array:
 
 
 def bhattacharyya(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
-    """d^2 = 1 - rho, (..., ) in [0, 1]: bins have no neighbours."""
+    """d^2 = 1 - rho, (...) in [0, 1]: bins (..., m) have no neighbours."""
     return 1 - coefficient(q, reference)
 
 
 def smoothed(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
-    """d^2 = 1 - rho(q S, q* S), in [0, 1]."""
+    """d^2 = 1 - rho(q S, q* S), (...) in [0, 1], of histograms (..., m)."""
     return 1 - coefficient(shared(q, bins), shared(reference, bins))
 
 
 def quadratic(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
-    """d^2 = (q - q*)^T S (q - q*) / 2, in [0, 1]."""
+    """d^2 = (q - q*)^T S (q - q*) / 2, (...) in [0, 1], of histograms (..., m)."""
     off = np.asarray(q) - np.asarray(reference)
     return np.einsum("...m,...m->...", shared(off, bins), off) / 2
 
 
 def earth_mover(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
-    """d^2 = c EMD(hues) + abs(difference of the colourful shares), in [0, 1].
+    """d^2 = c EMD(hues) + abs(difference of the colourful shares), (...) in [0, 1].
 
     c is the smaller colourful share: what is grey in one and coloured in the other has
     nowhere to be carried.  Saturation and value are not looked at.

@@ -42,7 +42,7 @@ class MotionModel(Protocol):
     """What a particle filter predicts with."""
 
     def scatter(self, region: ArrayLike, n: int, rng: Rng) -> Particles:
-        """Some particles round the region where a target is first seen."""
+        """Some particles round the region (5,) where a target is first seen."""
         ...
 
     def predict(self, particles: Particles, rng: Rng) -> Particles:
@@ -88,7 +88,7 @@ class Motion:
         checks.shares(self, "damping")
 
     def scatter(self, region: ArrayLike, n: int, rng: Rng) -> Particles:
-        """Some particles, spread as one frame of noise spreads them round a region."""
+        """Some particles, as one frame of noise spreads them round a region (5,)."""
         regions = np.tile(np.asarray(region, float), (n, 1))
         return self.predict(Particles(regions, np.zeros((n, 2))), rng)
 
@@ -270,22 +270,22 @@ def covariance(regions: Regions, weights: Array, mean: Region) -> Array:
 
 
 def independent_positions(n: int, rng: Rng) -> Array:
-    """N positions in [0, 1), each drawn independently."""
+    """Positions (n,) in [0, 1), each drawn independently."""
     return rng.random(n)
 
 
 def stratified_positions(n: int, rng: Rng) -> Array:
-    """One position in each of n equal strata of [0, 1)."""
+    """Positions (n,), one in each of n equal strata of [0, 1)."""
     return (np.arange(n) + rng.random(n)) / n
 
 
 def systematic_positions(n: int, rng: Rng) -> Array:
-    """N equally spaced positions from one random start in [0, 1 / n)."""
+    """Positions (n,), equally spaced from one random start in [0, 1 / n)."""
     return (np.arange(n) + rng.random()) / n
 
 
 def multinomial(weights: ArrayLike, rng: Rng) -> NDArray:
-    """N independent draws: step 1 of the algorithm in [N03].
+    """Indices (N,) of independent draws by weights (N,): step 1 in [N03].
 
     Each is found by binary search in the cumulative weights.
     """
@@ -293,7 +293,7 @@ def multinomial(weights: ArrayLike, rng: Rng) -> NDArray:
 
 
 def stratified(weights: ArrayLike, rng: Rng) -> NDArray:
-    """One draw in each of N equal strata of [0, 1).
+    """Indices (N,) by weights (N,): one draw in each of N equal strata of [0, 1).
 
     Examples
     --------
@@ -307,15 +307,18 @@ def stratified(weights: ArrayLike, rng: Rng) -> NDArray:
 
 
 def systematic(weights: ArrayLike, rng: Rng) -> NDArray:
-    """N equally spaced draws from one random start: Algorithm 1 of [C14].
+    """Indices (N,) by weights (N,), equally spaced: Algorithm 1 of [C14].
 
-    With c_1 = w_1, where our copy reads 0.
+    The draws begin at one random start.  With c_1 = w_1, where our copy reads 0.
     """
     return search(weights, systematic_positions(np.size(weights), rng))
 
 
 def residual(weights: ArrayLike, rng: Rng) -> NDArray:
-    """floor(N w_i) copies for certain, the rest drawn from what rounding left over."""
+    """Indices (N,) by weights (N,): floor(N w_i) copies of each are certain.
+
+    The rest is drawn from what rounding left over.
+    """
     n = np.size(weights)
     certain, left = whole_and_rest(weights)
     copies = np.repeat(np.arange(n), certain)

@@ -115,7 +115,7 @@ def show_frame(ax: Axes, frame: Frame, title: str = "") -> None:
 
 
 def pale(frame: Frame) -> Frame:
-    """A frame half way to white, so that what is drawn on it stands out."""
+    """A frame (H, W, 3) half way to white: what is drawn on it stands out."""
     return 255 - (255 - frame) // 2
 
 

@@ -53,7 +53,7 @@ class Silhouette(Kernels):
             )
 
     def weigh(self, plane: Array) -> Array:
-        """k(r^2) of every kernel times the mask, see `Kernels.weigh`."""
+        """k(r^2) of every kernel times the mask, (J, n), see `Kernels.weigh`."""
         image = np.frombuffer(self.mask, np.uint8).reshape(SIDE, SIDE) / 255
         places = (plane / self.half_sides + 1) / 2 * SIDE
         column, row = np.clip(places.astype(int), 0, SIDE - 1).T

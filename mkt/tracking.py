@@ -164,6 +164,15 @@ def report(
 ) -> Info:
     """The info of a step, see `Tracker`.
 
+    Parameters
+    ----------
+    region : (5,) array [px, rad]
+    distance : float
+    lost : bool
+    evaluations : float
+    **more
+        Further entries.
+
     Raises
     ------
     ValueError

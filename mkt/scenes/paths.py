@@ -85,7 +85,7 @@ def way(
     theta: ArrayLike = 0.0,
     scale: ArrayLike = 1.0,
 ) -> Path:
-    """Way-points from columns that broadcast against each other."""
+    """Way-points (frame, px, px, rad, factor) from columns (n,) that broadcast."""
     columns = np.broadcast_arrays(times, x, y, theta, scale)
     return as_path(np.column_stack(columns))
 

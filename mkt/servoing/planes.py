@@ -95,5 +95,5 @@ def twist(pose: Array, desired: Array, gain: float) -> Array:
 
 
 def tilt(pose: Array) -> float:
-    """The angle [rad] between a plane and the image."""
+    """The angle [rad] between a plane of a pose (4, 4) and the image."""
     return float(np.arccos(min(abs(pose[2, 2]), 1.0)))

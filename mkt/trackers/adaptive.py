@@ -302,7 +302,8 @@ class Adaptive:
     ) -> tuple[Model, float]:
         """The model after (11) and (12), and the coefficient of the mean state.
 
-        The model stays the same where the condition fails.
+        The mean state is that of a region (5,); the model stays the same where the
+        condition fails.
         """
         p = self.disc.histograms(image, region[None])[0]
         rho = float(coefficient(p, model.q))

@@ -88,7 +88,7 @@ def columns_at(weights: Array, slopes: Array, points: Array, k: int) -> Array:
 
 @lru_cache(maxsize=64)
 def columns(kernels: Kernels, group: str) -> Array:
-    """`columns_at` the samples of kernels, for the pairs in their `Template`."""
+    """`columns_at` the samples of kernels, (pairs, 1 + k), see `Template`."""
     points = kernels.points * kernels.half_sides
     dense = columns_at(kernels.weights, kernels.slopes, points, GROUPS[group])
     pairs = template(kernels)
@@ -123,6 +123,18 @@ def minimise(
     short: float = SHORT,
 ) -> tuple[Array, int]:
     """Repeat the step until it is shorter than `short`, in object units.
+
+    Parameters
+    ----------
+    target : Target
+    image : BinImage
+    start : (3, 3) array
+        A homography.
+    iterations : int
+        Steps, at most.
+    group : str
+        One of `mkt.homographies.GROUPS`.
+    short : float
 
     Returns
     -------
@@ -176,9 +188,9 @@ def _last_diagonal(triangle: Array, i: int) -> float:
 def plausible(homography: Array, first: Array) -> bool:
     """Whether a camera could see the object like this, given how it was seen at first.
 
-    No corner is at the horizon, and at its middle the object is at most four times as
-    large as at first along any direction, and at least an eighth, which is a quarter of
-    the size at a tilt of 60 degrees.
+    Both are homographies (3, 3).  No corner is at the horizon, and at its middle the
+    object is at most four times as large as at first along any direction, and at least
+    an eighth, which is a quarter of the size at a tilt of 60 degrees.
     """
     depths = SQUARE @ homography[2, :2] + homography[2, 2]
     now, then = (slope_at_middle(h) for h in (homography, first))
@@ -304,7 +316,7 @@ def plane_report(
     evaluations: float,
     **more: Any,
 ) -> Info:
-    """The info of a step that found a homography, see `mkt.tracking.report`."""
+    """The info of a step that found a homography (3, 3), see `mkt.tracking.report`."""
     half_width, half_height = state.targets[0].kernels.half_sides
     region = as_region(homography, half_width / half_height)
     return report(region, d, lost, evaluations, homography=homography, **more)

@@ -166,7 +166,7 @@ class PlaneESM:
 
 
 def in_view(seen: NDArray) -> bool:
-    """Whether enough of what was seen of an object, by `facing`, is in the frame."""
+    """Whether enough of what `facing` saw of an object, (h, w), is in the frame."""
     return bool(np.isnan(seen).mean() <= UNSEEN)
 
 

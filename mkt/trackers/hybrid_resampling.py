@@ -293,7 +293,7 @@ class HybridResampling:
         return regions, np.where(better, likelihoods, old)
 
     def is_hidden(self, weights: Array, likelihoods: Array) -> bool:
-        """Whether the target is taken for hidden, see `occlusion`."""
+        """Whether weights and likelihoods (n,) say hidden, see `occlusion`."""
         if self.occlusion == "likelihood":
             return bool(likelihoods.max() < self.level)
         if self.occlusion == "n_eff":
