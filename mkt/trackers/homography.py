@@ -45,6 +45,8 @@ from mkt.kernels import Kernels
 from mkt.regions import SQUARE
 from mkt.trackers.newton import (
     EMPTY,
+    LARGEST_STEP,
+    SHORT,
     TRUST,
     differentiate,
     distance_at,
@@ -54,12 +56,10 @@ from mkt.trackers.newton import (
 from mkt.tracking import Info, report
 from mkt.types import Array, Frame, Region, Rng
 
-LARGEST_STEP = 0.5  # of a component, in object units, radians and log size
-SHORT = 1e-2  # a step below this ends the last pass, in the same units
-# ... and a step below this ends an earlier pass, from which the next one goes on.  On
-# the cards of the tuning seeds .05 takes 4 to 6 steps a frame where .01 takes 10 to 12,
-# and is as exact: it converges in 84 % of the starts of all kinds (.01: 82, .1: 83, .2:
-# 75).
+# A step below this ends an earlier pass, from which the next one goes on (`SHORT` ends
+# the last).  On the cards of the tuning seeds .05 takes 4 to 6 steps a frame where .01
+# takes 10 to 12, and is as exact: it converges in 84 % of the starts of all kinds (.01:
+# 82, .1: 83, .2: 75).
 NEARLY = 5e-2
 NEAREST = 0.3  # of the distances of the corners, as a share of that of the middle
 

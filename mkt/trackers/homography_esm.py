@@ -31,7 +31,8 @@ from mkt import checks
 from mkt.checks import checked_frame, checked_region, in_words
 from mkt.homographies import as_region, flow, moved, of_regions
 from mkt.regions import from_box
-from mkt.trackers.homography import LARGEST_STEP, plausible
+from mkt.trackers.homography import plausible
+from mkt.trackers.newton import LARGEST_STEP
 from mkt.tracking import Info, report
 from mkt.types import Array, Frame, NDArray, Region, Rng
 
