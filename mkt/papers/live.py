@@ -34,8 +34,8 @@ from mkt.scenes.nummiaro2003 import TREE, doors, students
 from mkt.scenes.rendering import Scene, regions
 from mkt.scenes.teuliere2009 import hidden
 from mkt.scenes.textures import OBJECTS, texture
+from mkt.servoing.controller import Servo
 from mkt.servoing.features import Camera
-from mkt.servoing.loop import Servo
 from mkt.servoing.robot import Workspace
 from mkt.trackers.adaptive import Adaptive
 from mkt.trackers.appearance import background

@@ -9,7 +9,7 @@ import pytest
 
 from mkt.experiments import cache
 from mkt.experiments.cache import Shelf
-from mkt.servoing.loop import Servo
+from mkt.servoing.controller import Servo
 from mkt.trackers.ssd import SSD
 
 TEXT = Shelf("text", ".json", cache.as_json, json.loads)

@@ -22,7 +22,7 @@ from mkt.scenes import SCENES
 from mkt.scenes.drawn import Drawn
 from mkt.sequences.carphone import Carphone
 from mkt.servoing import loop
-from mkt.servoing.loop import Servo
+from mkt.servoing.controller import Servo
 from mkt.trackers.by_name import TRACKERS
 from mkt.trackers.combined import Combined
 from mkt.trackers.particle_filter import ParticleFilter

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from mkt.figures.live import joined
 from mkt.figures.registry import FIGURES
 from mkt.papers.lessons import servoing
+from mkt.servoing.controller import Servo
 from mkt.servoing.features import error, features
-from mkt.servoing.loop import Experiment, Servo, close_loop
+from mkt.servoing.loop import Experiment, close_loop
 from mkt.servoing.robot import Workspace
 from mkt.servoing.self_motion import OFF
 from tests.live.conftest import assert_found, fixture_of

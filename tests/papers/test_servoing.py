@@ -23,9 +23,10 @@ from mkt.papers.teuliere2009 import servoing
 from mkt.papers.teuliere2009.film import film
 from mkt.papers.teuliere2009.servoing import experiment, rms
 from mkt.plotting import CONTRAST
+from mkt.servoing.controller import Servo
 from mkt.servoing.features import Camera, moments
 from mkt.servoing.law import AdaptiveGain
-from mkt.servoing.loop import Experiment, Run, Servo, close_loop
+from mkt.servoing.loop import Experiment, Run, close_loop
 from mkt.servoing.poles import closed_loop, one_feature
 from mkt.servoing.robot import OutOfSight, Workspace
 from mkt.servoing.self_motion import OFF, RAW, Kalman

@@ -6,9 +6,9 @@ import control
 import numpy as np
 import pytest
 
-from mkt.servoing.features import error
+from mkt.servoing.controller import Servo
 from mkt.servoing.law import AdaptiveGain
-from mkt.servoing.loop import Experiment, Servo, _jittered, close_loop, view
+from mkt.servoing.loop import Experiment, _jittered, close_loop, view
 from mkt.servoing.poles import closed_loop
 from mkt.servoing.robot import OutOfSight, Workspace, circle, move, to_and_fro
 from mkt.servoing.self_motion import OFF, RAW, Kalman
@@ -297,23 +297,6 @@ def test_frames_are_rendered_again_as_the_tracker_saw_them():
     assert np.ptp(light) > 0.01
 
 
-BAD = {
-    "dt": 0.0,
-    "delay": -1,
-    "patience": 0,
-    "surface": -1.0,
-    "gain": -1.0,
-    "angle": "beta",
-    "dof": 5,
-}
-
-
-@pytest.mark.parametrize("field, value", BAD.items(), ids=BAD)
-def test_bad_controllers_are_named(field, value):
-    with pytest.raises(ValueError, match=field):
-        Servo(**{field: value})
-
-
 @pytest.mark.parametrize("until_lost", [False, True])
 def test_a_start_that_does_not_see_the_target_is_refused(until_lost):
     with pytest.raises(ValueError, match="behind the camera"):
@@ -369,32 +352,6 @@ def test_until_lost_ends_at_nothing_but_a_target_out_of_sight():
         close_loop(Experiment(tracker=Broken(), frames=3), until_lost=True)
 
 
-# The edges of what is allowed, and what a step leaves.
-@pytest.mark.parametrize(
-    "fields", [{"patience": 1}, {"gain": 0}, {"delay": 0}, {"dof": 4}]
-)
-def test_the_smallest_that_makes_sense_is_allowed(fields):
-    assert Servo(**fields).init().missed == 0
-
-
-@pytest.mark.parametrize(
-    "field, value",
-    [
-        ("delay", 1.5),
-        ("patience", 1.5),
-        ("gain", np.inf),
-        ("dt", np.inf),
-        ("desired", (1, 2, 3)),
-        ("desired", (np.nan,) * 5),
-        ("desired", (1, 2, 0, 0, 3)),
-        ("filter", None),
-    ],
-)
-def test_what_no_controller_can_do_is_refused_with_its_field(field, value):
-    with pytest.raises(ValueError, match=rf"^{field} is .*; it must be"):
-        Servo(**{field: value})
-
-
 @pytest.mark.parametrize(
     "field, value",
     [
@@ -420,64 +377,6 @@ def test_what_is_no_experiment_is_refused_with_its_field(field, value):
 def test_an_experiment_takes_no_tracker_s_name_or_class(tracker):
     with pytest.raises(ValueError, match="is no tracker"):
         Experiment(tracker=tracker)
-
-
-def test_a_tracker_that_is_lost_need_not_give_a_region():
-    """The camera goes on as after any lost frame."""
-    given, nothing = (lost_after(3, where=where) for where in (1, np.nan))
-    for one, other in zip(given[1], nothing[1], strict=True):
-        np.testing.assert_array_equal(one, other)
-    assert np.isnan(nothing[2].features).all() and np.isnan(nothing[2].error).all()
-    np.testing.assert_array_equal(nothing[2].twist, given[2].twist)
-    with pytest.raises(ValueError, match="hence no features"):
-        Servo().step(Servo().init(), [np.nan] * 5)
-
-
-def test_a_target_without_area_is_refused():
-    with pytest.raises(ValueError, match="surface is 0; it must be a positive area"):
-        Servo(surface=0)
-
-
-def lost_after(frames, where=1, **fields):
-    """The state and command after some frames that see the target, and one that not.
-
-    What is said in that one is the region times `where`.
-    """
-    servo = Servo(**fields)
-    state, region = servo.init(), np.array([170.0, 110.0, 1.4, 45.0, 28.0])
-    for k in range(frames):
-        state, seen = servo.step(state, region + [2 * k, 0, 0, 0, 0])
-    return seen, *servo.step(state, where * region, lost=True)
-
-
-def test_a_lost_frame_keeps_twist_and_filter_until_patience_ends():
-    seen, state, command = lost_after(3, patience=2)
-    assert not seen.held and not command.held and state.missed == 1
-    np.testing.assert_array_equal(command.twist, seen.twist)
-    np.testing.assert_array_equal(command.estimated, seen.estimated)
-    assert seen.estimated.any() and np.isnan(command.measured).all()
-    assert state.error is None and state.filter.any()
-    _, state, command = lost_after(3, patience=1)
-    assert command.held and not command.twist.any()
-    assert not command.estimated.any() and not state.filter.any()
-
-
-def test_a_step_sees_the_target_unless_it_is_told_otherwise():
-    servo = Servo()
-    state, command = servo.step(servo.init(), np.array(servo.desired) + [9, 0, 0, 0, 0])
-    assert state.missed == 0 and command.twist.any() and not command.held
-
-
-@pytest.mark.parametrize("angle", ["theta", "alpha"])
-def test_the_measured_motion_is_that_of_the_chosen_angle(angle):
-    """The camera at rest: de/dt is the change of the error alone."""
-    servo = Servo(angle=angle, gain=0, filter=OFF)
-    first = np.array([159.5, 119.5, np.pi / 2 - 0.1, 50.0, 31.25])
-    state, before = servo.step(servo.init(), first)
-    _, after = servo.step(state, first + [5, 0, 0.1, 1, 1])
-    expected = error(after.error, before.error, angle) / servo.dt
-    np.testing.assert_allclose(after.measured, expected)
-    assert not after.estimated.any()
 
 
 def test_noise_of_perfect_regions_is_so_many_pixels_of_middle_and_outline():

@@ -28,8 +28,9 @@ from mkt.plotting import (
     pale,
     show_frame,
 )
+from mkt.servoing.controller import Servo
 from mkt.servoing.features import error, features, interaction_matrix
-from mkt.servoing.loop import Experiment, Run, Servo
+from mkt.servoing.loop import Experiment, Run
 from mkt.servoing.poles import closed_loop, one_feature
 from mkt.servoing.robot import Workspace, move
 from mkt.servoing.self_motion import OFF, RAW, Kalman

@@ -24,8 +24,9 @@ from mkt.plotting import (
     show_frame,
 )
 from mkt.regions import corners, wrap_angle
+from mkt.servoing.controller import Servo
 from mkt.servoing.features import Camera
-from mkt.servoing.loop import Experiment, Run, Servo, view
+from mkt.servoing.loop import Experiment, Run, view
 from mkt.servoing.robot import Path, Workspace, circle, to_and_fro
 from mkt.servoing.self_motion import OFF, RAW, Kalman
 from mkt.trackers.by_name import get

@@ -1,0 +1,208 @@
+"""The controller of visual servoing: regions in, twists of the camera out.
+
+`Servo` is a frozen dataclass with the pure method ``step``, like a tracker: features,
+interaction matrix, filter, law.  A tracker that loses the target must not drive the
+robot: the camera goes on as it did, but once `Servo.patience` frames in a row are lost,
+it is held until the target is found again.
+
+What closes the loop round it is `mkt.servoing.loop`.  Explained in notebooks 08 and 09.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from mkt.checks import is_whole
+from mkt.regions import HX
+from mkt.servoing import law
+from mkt.servoing.features import PERIODS, Camera, error, features, interaction_matrix
+from mkt.servoing.self_motion import Kalman, measured_self_motion
+from mkt.types import Array, ArrayLike
+
+
+class ServoState(NamedTuple):
+    """What the controller carries from frame to frame.
+
+    Attributes
+    ----------
+    error : (4,) array, or None
+        The last error, None if there was none.
+    twists : (delay + 1, 6) array
+        The twists of the last frames, the oldest last.
+    filter : (2, 4) array
+        The filter's state.
+    missed : int
+        How many frames in a row were lost.
+    """
+
+    error: Array | None
+    twists: Array
+    filter: Array
+    missed: int
+
+
+class Command(NamedTuple):
+    """What a step of the controller found.
+
+    Attributes
+    ----------
+    features, error : (4,) array
+        NaN where the tracker is lost and gives no region.
+    measured, estimated : (4,) array [1/s]
+        de/dt of the target; NaN where nothing could be measured.
+    twist : (6,) array [m/s, rad/s]
+        The twist until the next frame.
+    held : bool
+        Whether the camera is held for lack of a target.
+    """
+
+    features: Array
+    error: Array
+    measured: Array
+    estimated: Array
+    twist: Array
+    held: bool
+
+
+@dataclass(frozen=True)
+class Servo:
+    """The controller (14) to (19) of [T09].
+
+    Parameters
+    ----------
+    desired : tuple of five float [px, rad]
+        The region where the target should appear.
+    surface : float [m^2]
+        The target's true area as the controller believes it.
+    gain : float [1/s] or AdaptiveGain
+    filter : Kalman
+        Of the target's own motion: `self_motion.OFF`, `self_motion.RAW` or any other.
+    dt : float [s]
+        The frame period.
+    dof : int
+        6 or 4, see `mkt.servoing.law.twist`.
+    angle : str
+        "theta" or "alpha", see `mkt.servoing.features.features`.
+    camera : Camera
+        As calibrated.
+    delay : int
+        Frames from an exposure to its region.
+    patience : int
+        Once so many frames in a row are lost, the camera is held.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
+    """
+
+    desired: tuple[float, ...] = (159.5, 119.5, np.pi / 2, 50.0, 31.25)
+    surface: float = 0.025
+    gain: law.Gain = 1.0
+    filter: Kalman = Kalman()
+    dt: float = 0.2  # printed: 5 fps
+    dof: int = 6  # printed
+    angle: str = "theta"
+    camera: Camera = Camera()
+    delay: int = 0
+    patience: int = 3
+
+    def __post_init__(self):
+        five = np.shape(self.desired) == (5,)
+        for field, possible, need in (
+            ("desired", five and _has_area(self.desired), "a region with an area"),
+            ("dt", 0 < self.dt < np.inf, "a positive frame period in seconds"),
+            ("surface", 0 < self.surface < np.inf, "a positive area in m^2"),
+            ("gain", _is_gain(self.gain), "a number from 0 on, or an AdaptiveGain()"),
+            ("filter", isinstance(self.filter, Kalman), "a Kalman filter"),
+            ("dof", self.dof in law.AXES, "6 or 4"),
+            ("angle", self.angle in PERIODS, "theta or alpha"),
+            ("delay", is_whole(self.delay, 0), "a whole number of frames, from 0 on"),
+            ("patience", is_whole(self.patience, 1), "a whole number, from 1 on"),
+        ):
+            if not possible:
+                raise ValueError(
+                    f"{field} is {getattr(self, field)!r}; it must be {need}"
+                )
+
+    @cached_property
+    def goal(self) -> Array:
+        """s* (4,), the features of the desired region."""
+        return features(self.desired, self.camera, self.angle)
+
+    def init(self) -> ServoState:
+        """The state before the first frame: at rest, nothing measured."""
+        return ServoState(None, np.zeros((self.delay + 1, 6)), np.zeros((2, 4)), 0)
+
+    def step(
+        self, state: ServoState, region: ArrayLike, lost: bool = False
+    ) -> tuple[ServoState, Command]:
+        """One control iteration: features, interaction matrix, filter, law.
+
+        There is no measurement of de/dt in the first frame and after a lost one: the
+        filter keeps what it has.
+
+        Parameters
+        ----------
+        state : ServoState
+        region : (5,) array_like [px, rad]
+            What the tracker found.
+        lost : bool
+            Whether it says that the target is lost.
+
+        Raises
+        ------
+        ValueError
+            For a region without area, unless it is lost.
+        """
+        nothing = lost and not _has_area(region)
+        s = _unknown() if nothing else features(region, self.camera, self.angle)
+        e = error(s, self.goal, self.angle)
+        if lost:
+            return self._unseen(state, s, e)
+        L = interaction_matrix(region, self.camera, self.surface, self.angle)
+        measured = _unknown()
+        filtered = state.filter
+        if state.error is not None:
+            measured = measured_self_motion(
+                e, state.error, L, state.twists[-1], self.dt, self.angle
+            )
+            filtered = self.filter.step(filtered, measured)
+        v = law.twist(e, L, self.gain, filtered[0], self.dof)
+        following = ServoState(e, _pushed(v, state.twists), filtered, 0)
+        return following, Command(s, e, measured, filtered[0], v, False)
+
+    def _unseen(
+        self, state: ServoState, s: Array, e: Array
+    ) -> tuple[ServoState, Command]:
+        """A step without a target: the camera goes on as it did, then is held."""
+        missed = state.missed + 1
+        held = missed >= self.patience
+        v = np.zeros(6) if held else state.twists[0]
+        filtered = np.zeros((2, 4)) if held else state.filter
+        following = ServoState(None, _pushed(v, state.twists), filtered, missed)
+        return following, Command(s, e, _unknown(), filtered[0], v, held)
+
+
+def _has_area(region: ArrayLike) -> bool:
+    """Whether a region (5,) is finite and has an area."""
+    return bool(np.isfinite(region).all() and np.min(np.asarray(region)[HX:]) > 0)
+
+
+def _is_gain(gain: law.Gain) -> bool:
+    """Whether it is a number from 0 on, or something that is called with an error."""
+    if isinstance(gain, int | float | np.number):
+        return bool(0 <= gain < np.inf)
+    return callable(gain) and not isinstance(gain, type)
+
+
+def _unknown() -> Array:
+    """Four numbers where nothing could be measured."""
+    return np.full(4, np.nan)
+
+
+def _pushed(v: Array, twists: Array) -> Array:
+    """The last twists with a new one in front, as many as before."""
+    return np.concatenate([v[None], twists[:-1]])
