@@ -8,11 +8,12 @@ tracker that refuses a target scores nothing on it.
 
 `recorded` runs over the benchmarks that are found (`mkt.sequences.benchmarks`),
 `synthetic` over all kinds of drawn scene (`mkt.scenes`); both give a `Board`, which
-`ranking` puts in order.  Intervals and differences are taken over cases.  A case is a
-seed of the drawn scenes, each with its own objects, grounds and paths, or a sequence of
-a benchmark.  ``python3 -m mkt bench tracking`` prints the first, or the second where
-there are no benchmarks; `shipped` has both as they were run for the release
-(`mkt.experiments.shipped`), which is what the book shows.
+`ranking` puts in order; `mkt.experiments.leaderboard_as_text` writes them down.
+Intervals and differences are taken over cases.  A case is a seed of the drawn scenes,
+each with its own objects, grounds and paths, or a sequence of a benchmark.  ``python3
+-m mkt bench tracking`` prints the first, or the second where there are no benchmarks;
+`shipped` has both as they were run for the release (`mkt.experiments.shipped`), which
+is what the book shows.
 
 Explained in notebook 14.
 """
@@ -26,7 +27,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
-from tabulate import tabulate
 from tqdm import tqdm
 
 from mkt.experiments import shipped as release
@@ -47,28 +47,6 @@ REFUSED = {"overlap": 0.0, "hits": 0.0, "hits_of_all": 0.0, "area": 0.0, "lost":
 # Where the settings of `guided` were chosen on BoBoT, see data/trials_of_guided.md.
 CHOSEN_ON = r".*/Vid_[ACF]_"
 LEVEL = 0.025  # of a test on one side, for who is ahead of whom
-HEAD = (
-    "tracker",
-    "place",
-    "overlap",
-    "95 %",
-    "behind the first",
-    "true positives [%]",
-    "of all frames [%]",
-    "area",
-    "lost [%]",
-    "CPU ms",
-)
-LEGEND = """\
-*overlap*: mean over the seen frames, then over runs and sequences; *95 %*: its interval
-(Student's t) over cases, which are sequences, or the seeds of drawn scenes, each with
-a scene of every kind; unknown for one case alone.  *place*: more than one where a
-paired t-test between cases cannot tell the neighbours apart (2.5 % on one side).
-*behind the first*: the mean difference over the same cases, with its interval.
-*true positives*: seen frames with an overlap above .2; *of all frames*: the same out
-of all frames, hidden ones too, as [C14] counts.  *area*: under the success curve, as
-in OTB.  *lost*: runs without a hit in their last ten frames.  *CPU ms*: for each frame,
-median over the runs."""
 
 
 @dataclass(frozen=True)
@@ -259,13 +237,13 @@ def _on_the_others(rows: pd.DataFrame) -> str:
     first, second, *_ = ranking(Board("", "", others, "source"))
     lead, low, high = np.round(second.behind, 2) + 0.0  # no minus before a zero
     ahead, next_one = (
-        f"{LABELS[one.name]}, {_two(one.overlap)}" for one in (first, second)
+        f"{LABELS[one.name]}, {one.overlap:.2f}" for one in (first, second)
     )
     told = "passes" if second.places[0] > 1 else "does not pass"
     return (
         "The settings of guided were chosen on A, C and F, among other data. On the "
         f"{len(first.cases)} others the first two are {ahead}, and {next_one}: a lead "
-        f"of {_two(lead)} ({_two(low)} to {_two(high)}), which {told} the test of the "
+        f"of {lead:.2f} ({low:.2f} to {high:.2f}), which {told} the test of the "
         'column "place".'
     )
 
@@ -404,92 +382,3 @@ def _between(name: str, cases: pd.DataFrame) -> tuple[int, int]:
     better = sum(p_value(lead, MEAN, 0, "less") < LEVEL for lead in leads)
     worse = sum(p_value(lead, MEAN, 0, "greater") < LEVEL for lead in leads)
     return 1 + better, len(cases.columns) - worse
-
-
-def overall(places: list[Place]) -> list[list[str]]:
-    """The first table: a row of texts under `HEAD` for each place."""
-    return [
-        [
-            LABELS.get(place.name, place.name),
-            _places(*place.places),
-            _two(place.overlap),
-            _range(place.interval),
-            f"{place.behind[0]:.2f} ({_range(place.behind[1:])})"
-            if place.behind
-            else "",
-            f"{100 * place.hits:.1f}",
-            f"{100 * place.hits_of_all:.1f}",
-            _two(place.area),
-            f"{100 * place.lost:.0f}",
-            f"{place.cpu_ms:.2g}" if np.isfinite(place.cpu_ms) else "",
-        ]
-        for place in places
-    ]
-
-
-def by_sequence(places: list[Place]) -> tuple[list[str], list[list[str]]]:
-    """The second table: its head, and for each place overlap / true positives [%]."""
-    names = list(dict.fromkeys(name for place in places for name in place.cells))
-    rows = [
-        [LABELS.get(p.name, p.name), *(_cell(p.cells.get(name)) for name in names)]
-        for p in places
-    ]
-    return ["tracker", *names], rows
-
-
-def refusals(rows: pd.DataFrame) -> list[str]:
-    """Which trackers would not start where, and why, in sentences."""
-    refused = rows.loc[rows["refused"] != "", ["tracker", "source", "refused"]]
-    return [
-        f"{LABELS.get(name, name)} would not start on {source}: {why}"
-        for name, source, why in refused.drop_duplicates().itertuples(index=False)
-    ]
-
-
-def extent(board: Board) -> str:
-    """How many sequences and runs a board has, in words."""
-    n = board.rows["source"].nunique()
-    runs = f"{len(board.rows)} runs"
-    if board.case == "seed":
-        return f"{n} kinds of scene, {board.rows['seed'].nunique()} of each, {runs}"
-    return f"{n} sequence{'' if n == 1 else 's'}, {runs}"
-
-
-def as_markdown(board: Board) -> str:
-    """A board with both tables, and what the columns mean."""
-    places = ranking(board)
-    head, rows = by_sequence(places)
-    parts = [
-        f"## {board.title}: {extent(board)}",
-        board.data,
-        _table(HEAD, overall(places)),
-        LEGEND,
-        "Overlap / true positives [%] on each sequence:",
-        _table(head, rows),
-        *refusals(board.rows),
-    ]
-    return "\n\n".join(parts)
-
-
-def _table(head: Iterable[str], rows: list[list[str]]) -> str:
-    return tabulate(rows, list(head), tablefmt="github", disable_numparse=True)
-
-
-def _cell(numbers: tuple[float, float] | None) -> str:
-    if numbers is None:
-        return ""
-    return f"{_two(numbers[0])} / {100 * numbers[1]:.0f}"
-
-
-def _places(first: int, last: int) -> str:
-    return f"{first}" if first == last else f"{first}–{last}"
-
-
-def _range(ends: tuple[float, float]) -> str:
-    if not np.isfinite(ends).all():
-        return "unknown"
-    return f"{_two(ends[0])}–{_two(ends[1])}"
-
-
-def _two(share: float) -> str:
-    return f"{share:.2f}"

@@ -29,6 +29,7 @@ from mkt.course.book.site import prepare, rendered, write
 from mkt.course.labs.notebooks import labs
 from mkt.experiments import claims, leaderboard, shipped
 from mkt.experiments.claims_as_text import measured
+from mkt.experiments.leaderboard_as_text import extent
 from mkt.figures.registry import FIGURES
 from mkt.figures.static_panel import FILES
 from mkt.files import DATA, PACKAGE
@@ -728,7 +729,7 @@ def test_the_leaderboard_says_who_which_data_and_how_many_runs(site, pages_of):
     text = unescape((site / "leaderboard.html").read_text(encoding="utf-8"))
     for each in leaderboard.shipped():
         first, *_, last = leaderboard.ranking(each)
-        assert f"{each.title}: {leaderboard.extent(each)}" in text
+        assert f"{each.title}: {extent(each)}" in text
         start = text.index(each.title)
         assert text.index(by_name.LABELS[first.name], start) < text.index(
             by_name.LABELS[last.name], start

@@ -16,16 +16,13 @@ from mkt.course import cli
 from mkt.course.book import pages
 from mkt.experiments import leaderboard
 from mkt.experiments import sweep as sweeps
-from mkt.experiments.leaderboard import (
-    Board,
+from mkt.experiments.leaderboard import Board, draws, ranking, recorded, synthetic
+from mkt.experiments.leaderboard_as_text import (
+    HEAD,
     as_markdown,
     by_sequence,
-    draws,
     overall,
-    ranking,
-    recorded,
     refusals,
-    synthetic,
 )
 from mkt.experiments.sweep import Job
 from mkt.regions import to_box
@@ -303,14 +300,14 @@ def test_the_tables_are_markdown_with_a_row_for_each_tracker():
         )
     )
     places = ranking(some)
-    assert [len(line) for line in overall(places)] == [len(leaderboard.HEAD)] * 2
+    assert [len(line) for line in overall(places)] == [len(HEAD)] * 2
     head, body = by_sequence(places)
     assert head == ["tracker", "a", "b"] and body[0][1:] == ["0.50 / 100"] * 2
     text = as_markdown(some)
     lines = [line for line in text.splitlines() if line.startswith("|")]
     assert len(lines) == 8
     bars = {line.count("|") for line in lines}
-    assert bars == {4, len(leaderboard.HEAD) + 1}
+    assert bars == {4, len(HEAD) + 1}
 
 
 def test_synthetic_sequences_are_for_whoever_has_no_benchmark(monkeypatch):

@@ -28,6 +28,7 @@ import mkt
 from mkt.course.book import agreement, live
 from mkt.course.book.contents import Book, Chapter
 from mkt.experiments import leaderboard as ranks
+from mkt.experiments import leaderboard_as_text as tables
 from mkt.experiments import shipped
 from mkt.experiments.claims import (
     CONTRADICTED,
@@ -243,15 +244,15 @@ def leaderboard(boards: Iterable[ranks.Board]) -> str:
     return _filled(
         "leaderboard.md",
         boards=[_ranked(board) for board in boards],
-        head=ranks.HEAD,
-        legend=ranks.LEGEND,
+        head=tables.HEAD,
+        legend=tables.LEGEND,
     )
 
 
 def after(boards: Iterable[ranks.Board]) -> str:
     """after.md: what came after these trackers, beside what real sequences say."""
     real = [_ranked(board) for board in boards if board.case == "source"]
-    return _filled("after.md", boards=real, head=ranks.HEAD, legend=ranks.LEGEND)
+    return _filled("after.md", boards=real, head=tables.HEAD, legend=tables.LEGEND)
 
 
 def _ranked(board: ranks.Board) -> dict[str, Any]:
@@ -260,12 +261,12 @@ def _ranked(board: ranks.Board) -> dict[str, Any]:
     return {
         "title": board.title,
         "data": board.data,
-        "extent": ranks.extent(board),
-        "overall": ranks.overall(places),
+        "extent": tables.extent(board),
+        "overall": tables.overall(places),
         "dots": [(LABELS.get(place.name, place.name), place) for place in places],
         "case": CASES[board.case],
-        "by_sequence": ranks.by_sequence(places),
-        "refusals": ranks.refusals(board.rows),
+        "by_sequence": tables.by_sequence(places),
+        "refusals": tables.refusals(board.rows),
     }
 
 

@@ -171,6 +171,7 @@ def _rank(args) -> None:
     """Rank the trackers, print the tables, and write them or the runs if asked to."""
     from mkt.course import own_tracker
     from mkt.experiments import leaderboard
+    from mkt.experiments.leaderboard_as_text import as_markdown
     from mkt.files import named, new_file
 
     output = args.output
@@ -190,7 +191,7 @@ def _rank(args) -> None:
         raise ValueError("--starts needs sequences; see `python3 -m mkt data`")
     few = leaderboard.HELD_BACK[:FEW]
     board = boards[0] if boards else leaderboard.synthetic(names, args.seeds or few)
-    text = leaderboard.as_markdown(board)
+    text = as_markdown(board)
     # Before they are printed: who reads on may have gone, as with `| head`.
     if output:
         _write(board.rows, text, output)
