@@ -155,6 +155,18 @@ def test_letters_of_a_figure_are_no_smaller_on_a_telephone(chapter):
     assert not chapter.too_wide()
 
 
+MEASURED = """() => [...document.querySelectorAll(".cell_output table tr")]
+  .map((row) => [row.clientWidth, row.querySelector("td:nth-last-child(4)[id^=T_]")])
+  .filter(([, cell]) => cell).map(([width, cell]) => cell.clientWidth / width)"""
+
+
+def test_what_a_verdict_is_on_has_the_whole_width_of_a_telephone(chapter):
+    chapter.page.set_viewport_size(NARROW)
+    assert min(chapter.page.evaluate(MEASURED), default=1) > 0.9
+    chapter.page.set_viewport_size(WIDE)
+    assert max(chapter.page.evaluate(MEASURED), default=0) < 0.9
+
+
 def test_a_button_copies_the_code_of_a_cell(chapter):
     chapter.page.set_viewport_size(WIDE)
     chapter.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
