@@ -2,7 +2,7 @@
 
 import { linspace, oneFeature, poles } from "./engine.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, el, number, takeOver } from "./page.js";
+import { axes, Canvas, Controls, dot, el, number, takeOver } from "./page.js";
 
 const RATIOS = { off: 0, raw: Infinity, Kalman: 1 }; // Q / R of the filters
 const [MOST, STEPS] = [10, 101]; // [1/s] gains of the locus, and how many
@@ -155,12 +155,8 @@ class RootLocus {
     pen.globalAlpha = 1;
     this.ways.forEach((found, i) => {
       const color = this.viridis[Math.round((255 * i) / this.ways.length)];
-      pen.fillStyle = `rgb(${color.join(" ")})`;
-      for (const [re, im] of found) {
-        pen.beginPath();
-        pen.arc(across(re), down(im), 2, 0, 7);
-        pen.fill();
-      }
+      for (const [re, im] of found)
+        dot(pen, across(re), down(im), 2.5, `rgb(${color.join(" ")})`, GREY, 0.5);
     });
     for (const [color, thick] of [
       ["#000", 5.5],

@@ -371,14 +371,15 @@ function channels(pen, color) {
 
 const brightness = ([r, g, b]) => 0.3 * r + 0.59 * g + 0.11 * b; // from 0 to 255
 
-// A colour of lines and letters, lighter where it is too dark for a page by night,
-// whose ink is bright.
+// A colour of lines and letters; where it is too dark for a page by night, whose ink is
+// bright, the brightest of its hue, which no other colour runs together with.
 export function legible(pen, ink, color) {
   const { strokeStyle } = pen;
   const [bright, own] = [ink, color].map((each) => channels(pen, each));
   pen.strokeStyle = strokeStyle;
   if (brightness(bright) < 128 || brightness(own) > 90) return color;
-  return `rgb(${own.map((each) => Math.round((each + 255) / 2)).join(" ")})`;
+  const most = Math.max(...own);
+  return `rgb(${own.map((each) => Math.round((255 * each) / most)).join(" ")})`;
 }
 
 // Round steps between two values, about so many.

@@ -11,6 +11,7 @@ import {
   Controls,
   el,
   GONE,
+  legible,
   outline,
   SLICE,
   takeOver,
@@ -373,9 +374,10 @@ class Wall {
         values.forEach((value, k) => pen.lineTo(across(k), down(value)));
         pen.stroke();
       };
+      const color = legible(pen, ink, tracker.color);
       const runs = this.latest[tracker.name] ?? [];
       runs.forEach(({ regions }, run) =>
-        line(this.curve(regions, which), tracker.color, run ? 1 : 3),
+        line(this.curve(regions, which), color, run ? 1 : 3),
       );
       line(truth, ink, 1.2);
       pen.setLineDash([3, 3]);

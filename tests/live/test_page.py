@@ -1,12 +1,20 @@
 """The controls of live figures stand only where there is something to show."""
 
+from itertools import combinations
+
+import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 from mkt.figures.live import joined
+from mkt.papers.lessons.benchmark import styles
+from mkt.plotting import TRUTH
+from mkt.trackers.by_name import quick
 from tests.live.conftest import DOCUMENT, fixture_of
+from tests.test_palette import BLINDNESS, DIFFERENT, seen
 
 EXPORTS = """
-export const { Canvas, Controls, write } = page_js, { host } = host_js;
+export const { Canvas, Controls, legible, write } = page_js, { host } = host_js;
 """
 CONTROLS = """
 const { Controls, host } = live;
@@ -154,3 +162,19 @@ def test_a_letter_behind_a_line_is_written_small_and_low(page, align, left):
     written = [[word, left + x, y, high, "left"] for word, x, y, high in pieces]
     found = page(PEN, words="v_x a_n", align=align)
     assert found == [written, 27.0, "12px Arial", align]
+
+
+def test_curves_by_night_are_bright_and_differ_as_they_do_by_day(page):
+    colors = sorted({style["color"] for style in styles(quick())} - {TRUTH})
+    body = 'return data.colors.map((color) => live.legible({}, "#d1d1d1", color));'
+    found = [night(color) for color in page(body, colors=colors)]
+    lab = seen(["#d1d1d1", *found], BLINDNESS["none"])
+    assert lab[:, 0].min() > 45
+    assert min(np.linalg.norm(a - b) for a, b in combinations(lab, 2)) > DIFFERENT
+
+
+def night(color):
+    """A colour as a page writes it, "rgb(1 2 3)" or "#010203", as numbers to 1."""
+    if color.startswith("#"):
+        return to_rgb(color)
+    return tuple(int(each) / 255 for each in color[4:-1].split())
