@@ -5,7 +5,7 @@ import { load } from "./host.js";
 import { axes, Canvas, Controls, el, legible, number, takeOver } from "./page.js";
 
 const LIMITS = linspace(0, 1, 21); // of the curves, as in mkt.evaluation
-const ROW = 19; // [px]
+const [ROW, BAR] = [32, 11]; // [px] of a tracker: its name, and its bar below
 const DASHES = { "-": [], "--": [7, 4], "-.": [7, 3, 2, 3], ":": [2, 3] };
 
 class Success {
@@ -13,8 +13,8 @@ class Success {
     this.trackers = trackers;
     const free = { ...fields, limit: { ...fields.limit, low: 0, high: 1, step: 0.01 } };
     this.controls = new Controls(name, free, () => this.follow());
-    this.curves = new Canvas("", 1, (...pen) => this.drawCurves(...pen));
-    const least = ROW * trackers.length + 50;
+    this.curves = new Canvas("", 1.25, (...pen) => this.drawCurves(...pen));
+    const least = ROW * trackers.length + 26;
     this.ranking = new Canvas("", 0, (...pen) => this.drawRanking(...pen), least);
     this.said = el("p", { class: "mkt-note", role: "status" });
     const hint = el(
@@ -140,39 +140,42 @@ class Success {
   drawRanking(pen, width) {
     if (!this.rows) return;
     const ink = pen.fillStyle;
-    const left = Math.min(width * 0.52, 250);
-    const right = width - 44;
+    pen.textAlign = "left";
+    pen.fillText("true positives, of all frames hatched", 0, 14);
     pen.textAlign = "right";
-    pen.fillText("true positives, of all frames hatched", right, 14);
-    pen.fillText("area", width - 4, 14);
+    pen.fillText("area", width, 14);
     this.rows.forEach((row, i) => {
-      const y = 28 + ROW * i;
+      const y = 22 + ROW * i;
       this.style(pen, row, false);
       pen.beginPath();
-      pen.moveTo(0, y + 4);
-      pen.lineTo(26, y + 4);
+      pen.moveTo(0, y + 9);
+      pen.lineTo(26, y + 9);
       pen.stroke();
       pen.setLineDash([]);
       Object.assign(pen, { fillStyle: ink, textAlign: "left" });
-      pen.fillText(row.label, 32, y + 8, left - 38);
-      pen.fillStyle = pen.strokeStyle;
-      const long = (share) => (right - left) * share;
-      pen.fillRect(left, y - 3, long(row.share), ROW - 5);
-      pen.save();
-      pen.beginPath();
-      pen.rect(left, y - 3, long(row.every), ROW - 5);
-      pen.clip();
-      Object.assign(pen, { strokeStyle: "rgb(140 140 140 / 80%)", lineWidth: 1.5 });
-      pen.beginPath();
-      for (let x = left - ROW; x < right; x += 7) {
-        pen.moveTo(x, y + ROW);
-        pen.lineTo(x + ROW + 3, y - 3);
-      }
-      pen.stroke();
-      pen.restore();
-      Object.assign(pen, { fillStyle: ink, textAlign: "right" });
-      pen.fillText(row.area.toFixed(2), width - 4, y + 8);
+      pen.fillText(row.label, 32, y + 13);
+      pen.textAlign = "right";
+      pen.fillText(row.area.toFixed(2), width, y + 13);
+      this.bar(pen, row, y + 18, width);
     });
+  }
+
+  // The share of the seen frames, and hatched over it that of all.
+  bar(pen, { share, every }, top, width) {
+    pen.fillStyle = pen.strokeStyle;
+    pen.fillRect(0, top, width * share, BAR);
+    pen.save();
+    pen.beginPath();
+    pen.rect(0, top, width * every, BAR);
+    pen.clip();
+    Object.assign(pen, { strokeStyle: "rgb(140 140 140 / 80%)", lineWidth: 1.5 });
+    pen.beginPath();
+    for (let x = -BAR; x < width; x += 7) {
+      pen.moveTo(x, top + BAR);
+      pen.lineTo(x + BAR, top);
+    }
+    pen.stroke();
+    pen.restore();
   }
 
   hands() {
