@@ -91,7 +91,7 @@ class Approach {
 
   draw() {
     const { gain, fps } = this.controls.values;
-    const product = `Gain x frame period = ${number(gain / fps)}`;
+    const product = `Gain x frame period = ${number(gain / fps, 3)}`;
     this.said.textContent = `${product}: ${this.end()}.`;
     this.view.node.setAttribute(
       "aria-label",
@@ -118,9 +118,9 @@ class Approach {
       );
     const [first, last] = [rows[0], rows.at(-1)].map(({ error }) => most(error));
     const share = (100 * last) / first;
+    const left = share < 0.01 ? "less than 0.01" : number(share, 2);
     return share < 1000
-      ? "after 6 s the largest error is " +
-          `${number(Number(share.toPrecision(2)))} % of the first one`
+      ? `after 6 s the largest error is ${left} % of the first one`
       : "it runs away";
   }
 

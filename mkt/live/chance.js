@@ -10,7 +10,13 @@ const GREY = "rgb(125 125 125)"; // seen by day and by night
 const DASHES = { b: [6, 4], zone: [2, 3] };
 
 const percent = (share) => `${(100 * share).toFixed(1)} %`;
-const few = (value) => Number(value.toPrecision(2)).toString();
+
+// How often something of a probability happens, in words.
+function often(each) {
+  if (each < 1e-6) return "less than one frame in a million";
+  if (each > 0.99) return "nearly every frame";
+  return `one frame in ${Number((1 / each).toPrecision(2)).toLocaleString("en")}`;
+}
 
 class Chance {
   constructor(panel, name, { fields, wait, highest, margin, compared, colors }) {
@@ -59,18 +65,15 @@ class Chance {
     this.probabilities = binomial(particles, p);
     const each = falseStart(particles, p, b);
     const none = (1 - each) ** this.wait;
-    const often = each > 0.99 ? "nearly every frame" : `one frame in ${few(1 / each)}`;
-    const start = each < 1e-12 ? "practically never" : often;
     this.said.textContent =
       `Of ${particles} samples ${number(p * particles)} appear by ` +
       "chance in a frame, on average; more than " +
-      `${most(b, particles)} start the tracking: ${start}. With a ` +
+      `${most(b, particles)} start the tracking: ${often(each)}. With a ` +
       `probability of ${percent(none)} there is no false start in ` +
       `${this.wait} frames.`;
     this.counts.node.setAttribute(
       "aria-label",
-      "How many samples appear by chance: a false start with " +
-        `${few(each)} per frame`,
+      "How many samples appear by chance: a false start in " + often(each),
     );
     this.waits.node.setAttribute(
       "aria-label",

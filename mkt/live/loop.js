@@ -91,7 +91,7 @@ class RootLocus {
     const reach = far < 1000 ? `${far.toFixed(1)} cm` : "more than 10 m";
     this.said.textContent =
       `Largest pole ${this.radius.toFixed(3)}: ${stable}. ${product} ` +
-      `= ${number(gain / fps / mismatch)}, ${this.chosen.length} ` +
+      `= ${number(gain / fps / mismatch, 3)}, ${this.chosen.length} ` +
       `${this.chosen.length > 1 ? "poles" : "pole"} beside values ` +
       `that are stored for one frame, greatest distance ${reach}.` +
       this.outside();

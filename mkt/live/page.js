@@ -392,8 +392,8 @@ function ticks(low, high, most) {
   return Array.from({ length: last - first + 1 }, (_, i) => (first + i) * step);
 }
 
-export const number = (value) =>
-  String(Number(value.toPrecision(6))).replace("-", "\u2212");
+export const number = (value, digits = 6) =>
+  String(Number(value.toPrecision(digits))).replace("-", "\u2212");
 
 // Axes round a box [left, top, width, height]: functions from values to its pixels.
 // Bare ones have no numbers along x, where another box below has them.

@@ -563,6 +563,9 @@ def test_the_approach_ends_as_pythons_does_and_its_start_is_dragged(opened):
     panel.get_by_text("which has no start: right [m], start: down [m]").wait_for()
     slide(panel, "gain [1/s]").fill("6")
     panel.get_by_text("runs away").first.wait_for()
+    panel.get_by_role("button", name="reset").click()
+    slide(panel, "gain [1/s]").fill("3")
+    panel.get_by_text("is less than 0.01 % of the first one").first.wait_for()
 
 
 def test_samples_wait_as_pythons_do_and_doors_are_dragged(opened):
@@ -613,6 +616,7 @@ def test_the_line_of_chance_is_dragged_to_where_no_start_is_false(opened):
     page = opened(FINDING, "#chance?particles=400&epsilon=2.5&b=0.26")
     panel = ready(page, "no false start in 100 frames")
     assert number(panel, "more than") == 104  # of 400, not rounded to 100
+    assert "tracking: less than one frame in a million." in panel.inner_text()
     chance = FIGURES["own.chance"]
     none = chance.draw(particles=400, epsilon=2.5, b=0.26)[1]["none"]
     assert number(panel, "With a probability of") == pytest.approx(100 * none, abs=0.05)
