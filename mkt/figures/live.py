@@ -14,7 +14,7 @@ from typing import Any
 
 from mkt.figures.registry import FIGURES, Entry
 from mkt.figures.static_panel import label
-from mkt.figures.tooltips import WORDS
+from mkt.figures.tooltips import WORDS, title
 from mkt.files import PACKAGE
 from mkt.registry import Registry
 
@@ -102,7 +102,7 @@ def fields(entry: Entry) -> dict[str, dict[str, Any]]:
     """What the controls of a live figure need to know of its sliders."""
     return {
         slider: _field(positions, entry.defaults[slider])
-        | {"words": WORDS.get(slider, slider)}
+        | {"title": title(slider), "words": WORDS.get(slider, slider)}
         for slider, positions in entry.sliders.items()
     }
 

@@ -20,7 +20,7 @@ from IPython.display import Image
 
 from mkt.figures.registry import Entry, Shown
 from mkt.figures.static_panel import caption, encoded, label, width
-from mkt.figures.tooltips import WORDS
+from mkt.figures.tooltips import WORDS, title
 
 LIVE_DPI, SHARP_DPI = 100, 160
 KEPT = 64  # pictures of a panel, about 15 MB
@@ -156,7 +156,7 @@ class Panel(ipywidgets.VBox):
             self._progress.layout.visibility = "visible"
 
     def _look_ahead(self, change: Any) -> None:
-        name = change.owner.description
+        name = next(n for n, one in self._controls.items() if one is change.owner)
         positions = self._entry.values(name)
         old, new = _exact(change.old), _exact(change.new)
         if old not in positions or new not in positions:
@@ -196,9 +196,9 @@ def _control(entry: Entry, name: str) -> ipywidgets.Widget:
     """A list of what there is, or a slider beside which any number can be typed."""
     words = {
         "value": entry.defaults[name],
-        "description": name,
+        "description": title(name),
         "tooltip": WORDS.get(name, name),
-        "style": {"description_width": "5.5em"},
+        "style": {"description_width": "7em"},
         "layout": {"width": "24em"},
     }
     values = entry.values(name)

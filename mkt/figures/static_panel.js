@@ -4,8 +4,8 @@
 const STILL = "Every slider stands where it began.";
 const BACK = "; the others are back where they began. In JupyterLab all move together.";
 
-function said(shown, names) {
-  return names.map((name) => `${name} = ${shown[name]}`).join(", ");
+function said(titles, shown, names) {
+  return names.map((name) => `${titles[name]} = ${shown[name]}`).join(", ");
 }
 
 function begin(panel) {
@@ -47,11 +47,11 @@ function begin(panel) {
     for (const control of controls.filter(inside)) put(control, Number(control.value));
     image.src = data.frames[group.frames[place(group)]];
     if (controls.length) {
-      image.alt = `${data.title} ${said(shown, Object.keys(shown))}.`;
+      image.alt = `${data.title} ${said(data.titles, shown, Object.keys(shown))}.`;
     }
     if (note) {
       note.textContent = moved
-        ? said(shown, group.names) + (others.length ? BACK : ".")
+        ? said(data.titles, shown, group.names) + (others.length ? BACK : ".")
         : STILL;
     }
   };

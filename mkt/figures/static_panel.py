@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 
 from mkt.figures.data_uri import data_uri
 from mkt.figures.registry import Entry, Shown
+from mkt.figures.tooltips import title
 from mkt.plotting import in_style
 
 WIDTH = 80  # [px] on the screen for an inch of figure
@@ -125,7 +126,8 @@ class StaticPanel:
 
     def _description(self) -> str:
         """What the picture shows: its title with the values."""
-        words = ", ".join(f"{name} = {value}" for name, value in self._labels().items())
+        labels = self._labels().items()
+        words = ", ".join(f"{title(name)} = {value}" for name, value in labels)
         return f"{self._entry.title} {words}." if words else self._entry.title
 
     def _labels(self) -> dict[str, str]:
@@ -138,6 +140,7 @@ class StaticPanel:
         return [
             {
                 "name": name,
+                "title": title(name),
                 "labels": [label(value) for value in self._positions[name]],
                 "start": self._positions[name].index(self.values[name]),
                 "choice": isinstance(self._entry.sliders[name], list),
@@ -155,6 +158,7 @@ class StaticPanel:
             "title": self._entry.title,
             "live": self._live,
             "shown": self._labels(),
+            "titles": {name: title(name) for name in self._labels()},
             "sliders": sliders,
             "groups": self._groups,
             # The first one is the picture that stands there.

@@ -1,7 +1,22 @@
-"""What a slider of a figure means, in a few words: its tooltip.
+"""What a slider of a figure is called, and what it means in a few words: its tooltip.
 
 A name means the same in all figures; a caption says what is special in its figure.
 """
+
+# Names of parameters that a reader who does not program would stumble over; commands,
+# files and links keep the parameters' own.
+TITLES = {
+    "believed_below": "believed below",
+    "derivative_of_c": "derivative of C",
+    "k": "frame",
+    "lam": "lambda",
+    "limit": "T_lim",
+    "n": "particles",
+    "n_lim": "N_lim",
+    "ratio": "Q / R",
+    "size_prior": "size prior",
+    "t_lim": "T_lim",
+}
 
 WORDS = {
     "ahead": "how many frames the motion is foretold",
@@ -34,14 +49,14 @@ WORDS = {
     "height": "of the box, as a share of the picture",
     "item": "the object",
     "jitter": "how far the features are off by chance [px]",
-    "k": "which frame of the run",
+    "k": "the number of the frame",
     "kind": "what happens in the scene",
     "lam": "lambda: how much better a small distance weighs",
     "largest": "the largest number of particles",
     "later": "how many frames later the box is looked for",
     "layout": "how the kernels lie in the box",
     "left": "the left edge of the box, as a share of the picture",
-    "limit": "T_lim: the overlap above which a frame is a hit",
+    "limit": "the overlap above which a frame is a hit",
     "look": "how the target has changed since it was learnt",
     "mismatch": "how many times too large the interaction matrix is thought to be",
     "motion": "how the target moves",
@@ -83,3 +98,8 @@ WORDS = {
     "x": "to the right [px]",
     "y": "downwards [px]",
 }
+
+
+def title(name: str) -> str:
+    """What the control of a parameter is called."""
+    return TITLES.get(name, name)

@@ -66,9 +66,9 @@ class Beats {
     const fields = {
       frame,
       beat: { options: BEATS, value: BEATS[3], own: true },
-      n: { ...n, title: "particles" },
+      n,
       noise,
-      lam: { ...lam, title: "lambda" },
+      lam,
       scheme,
       wall: { ...wall, title: "wall [px]" },
       pace: {

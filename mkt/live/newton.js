@@ -45,7 +45,7 @@ class Newton {
       scale: { ...scale, step: 0.05 },
       layout,
       span: { ...span, step: 0.05 },
-      derivative_of_c: { ...derivative_of_c, title: "derivative of C" },
+      derivative_of_c,
     };
     this.controls = new Controls(name, free, (_values, _quick, asked) =>
       this.follow(asked),

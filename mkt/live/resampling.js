@@ -20,8 +20,8 @@ class Resampling {
     Object.assign(this, { distances, uniforms, colors });
     const free = {
       ...fields,
-      n: { ...fields.n, step: 1, title: "particles" },
-      lam: { ...fields.lam, step: 1, title: "lambda" },
+      n: { ...fields.n, step: 1 },
+      lam: { ...fields.lam, step: 1 },
     };
     this.controls = new Controls(name, free, () => this.follow());
     const canvas = (...about) => new Canvas("", ...about);

@@ -9,7 +9,7 @@ from mkt.figures import explore, live
 from mkt.figures.live_panel import LivePanel
 from mkt.figures.panel import Panel
 from mkt.figures.registry import FIGURES
-from mkt.figures.tooltips import WORDS
+from mkt.figures.tooltips import WORDS, title
 
 LIVE = [name for name, entry in FIGURES.items() if entry.live]
 
@@ -48,6 +48,7 @@ def test_a_figure_begins_with_what_it_needs(name):
     fields = first[name]["fields"]
     assert set(fields) == set(entry.sliders)
     assert all(fields[slider]["words"] == WORDS[slider] for slider in fields)
+    assert all(fields[slider]["title"] == title(slider) for slider in fields)
     json.dumps(first, allow_nan=False)
 
 

@@ -14,7 +14,7 @@ from mkt.figures import explore, show
 from mkt.figures import panel as panels
 from mkt.figures import static_panel as page
 from mkt.figures.registry import FIGURES, figure, listener, shown
-from mkt.figures.tooltips import WORDS
+from mkt.figures.tooltips import WORDS, title
 from mkt.scenes.drawn import Drawn
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.tracking import track
@@ -97,6 +97,12 @@ def test_every_control_of_every_figure_says_in_words_what_it_does():
     }
     assert not unknown
     assert explore("own.basin")._controls["turn"].tooltip == WORDS["turn"]
+
+
+def test_a_control_is_called_by_a_word_or_a_symbol_and_not_by_a_name_of_code():
+    called = {title(name) for entry in FIGURES.values() for name in entry.sliders}
+    assert {name for name in called if "_" in name} == {"T_lim", "N_lim"}
+    assert explore("own.two_cameras")._controls["k"].description == "frame"
 
 
 def test_reset_shows_the_beginning_and_nothing_in_between(toy):

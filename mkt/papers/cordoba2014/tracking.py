@@ -235,7 +235,7 @@ def fig1(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
 
     On the synthetic twin "clutter", or on BoBoT's blue mug where MKT_DATA has it, as in
     the paper.  Run 0 of figure 2.  The paper's WM is misled by things that look alike,
-    its SIR gets the size wrong.  n_lim is the N_lim of Algorithm 2 as a share of the
+    its SIR gets the size wrong.  N_lim is that of Algorithm 2 as a share of the
     particles.
     """
     return film(fig, "clutter", contenders(particles, n_lim))

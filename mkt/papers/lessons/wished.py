@@ -196,7 +196,7 @@ def learnt_motion(
 ) -> Shown:
     """Where motion models believe that a target goes.
 
-    Left, frame k of a path with the target's true middle in the last frames and the
+    Left, one frame of a path with the target's true middle in the last frames and the
     next (a black line, with a cross where it is then), and for each model 200 particles
     some frames ahead, which started from the true region and the true change of it.
     In the middle, how far these are from the truth at that time, in the median.  Right,
@@ -257,7 +257,7 @@ def two_cameras(
 ) -> Shown:
     """Two cameras on one ground, the first of them behind a wall.
 
-    Left and middle, frame k of both: the truth in black, the filters in green.  Right,
+    Left and middle, a frame of both: the truth in black, the filters in green.  Right,
     how far the estimate of the first is from the true middle, alone (grey) and told by
     the second (blue), whose calibration may be off by some pixels on the ground; the
     band is the time in which more than half of the target is behind the wall.  100
