@@ -2,6 +2,7 @@
 
 import random
 import shutil
+from itertools import combinations
 
 import cv2
 import numpy as np
@@ -103,6 +104,13 @@ def test_pillars_pfhr_finds_its_target_again_where_window_matching_does_not():
     pfhr, wm = shown["pfhr"], shown["wm"]
     assert pfhr["found again"].mean() > 2 > wm["found again"].mean()
     assert pfhr["true positives"].mean() > wm["true positives"].mean() + 10
+
+
+def test_the_table_has_letters_of_9_points_at_least_and_air_between_its_numbers():
+    words = drawn("table1", runs=3)[0].axes[0].texts
+    assert min(text.get_fontsize() for text in words) >= 9
+    boxes = [text.get_window_extent().padded(1) for text in words]
+    assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
 
 
 def test_film_and_curves_show_the_same_run():

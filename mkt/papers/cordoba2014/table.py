@@ -102,9 +102,9 @@ class _Columns(NamedTuple):
 
 
 COLUMNS = _Columns(
-    0.285,
-    (0.34, 0.4, 0.46),
-    dict(zip(OURS, (0.56, 0.65, 0.755, 0.845, 0.94), strict=True)),
+    0.225,
+    (0.28, 0.345, 0.41),
+    dict(zip(OURS, (0.53, 0.64, 0.75, 0.86, 0.95), strict=True)),
 )
 
 
@@ -122,7 +122,7 @@ def _draw_table(
     columns = COLUMNS
     _draw_head(ax, columns, title)
     for y, (kind, row) in enumerate(TABLE.items()):
-        words = {"va": "center", "fontsize": 7.5, "color": "0.35"}
+        words = {"va": "center", "fontsize": 9, "color": "0.35"}
         ax.text(0.01, y + 0.75, said(source(kind)), **words)
         texts = [_cell(*one) for one in zip(names, means[y], spread[y], strict=True)]
         best = means[y] == means[y].max()
@@ -176,4 +176,4 @@ def _draw_line(
         ax.text(x, y, text, color="0.35", **CENTRED)
     for x, text, bold in zip(columns.ours.values(), ours, best, strict=True):
         weight = "bold" if bold else "normal"
-        ax.text(x, y, text, fontweight=weight, fontsize=9, **CENTRED)
+        ax.text(x, y, text, fontweight=weight, **CENTRED)
