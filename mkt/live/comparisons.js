@@ -26,7 +26,8 @@ class Comparisons {
     Object.assign(this, { labels, colors });
     const { particles, largest, seed } = fields;
     const high = particles.high;
-    const left = { low: 0, high, step: 1, value: 0, own: true, title: "draws to come" };
+    const own = { own: true, title: "draws to come" };
+    const left = { low: 0, high, step: 1, value: 0, words: "one a particle", ...own };
     const all = { particles, left, largest, seed };
     this.controls = new Controls(name, all, (_values, _quick, asked) =>
       this.follow(asked),
@@ -98,6 +99,8 @@ class Comparisons {
     const { values } = this.controls;
     const { particles, largest, seed } = values;
     values.left = Math.min(values.left, particles);
+    const { input, typed } = this.controls.inputs.left;
+    input.max = typed.max = particles;
     this.controls.show();
     const { cumulative, u } = drawn(particles, random(seed));
     this.chosen = ancestors(cumulative, u, false).chosen;

@@ -599,6 +599,7 @@ def test_samples_wait_as_pythons_do_and_doors_are_dragged(opened):
 def test_a_search_is_counted_draw_by_draw(opened):
     page = opened(SEARCHES, "#complexity?particles=10&left=10")
     panel = ready(page, "0 of 10 draws: 0 comparisons")
+    assert slide(panel, "draws to come").get_attribute("max") == "10"
     panel.get_by_role("button", name="play").click()
     panel.get_by_text("10 of 10 draws").wait_for()
     panel.get_by_role("button", name="play").wait_for()
