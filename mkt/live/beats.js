@@ -107,8 +107,8 @@ class Beats {
       "p",
       { class: "mkt-note" },
       "Drag the wall into the picture, or push it with the arrow " +
-        "keys. What you change holds from this frame on: the chance of " +
-        "each frame stays the same.",
+        "keys. What you change holds from this frame on, and where a link " +
+        "is opened, from frame 1: the chance of each frame stays the same.",
     );
     const left = el("div", {}, this.frame.node, this.line.node);
     const right = el("div", {}, this.said, this.course.node);
@@ -240,7 +240,7 @@ class Beats {
     const scale = width / this.size[0];
     const onto = ([x, y]) => [(x + 0.5) * scale, (y + 0.5) * scale];
     this.paint(this.shown, round.wall);
-    pen.globalAlpha = 0.75;
+    pen.globalAlpha = 0.5; // so that particles are seen on it
     pen.drawImage(this.scene, 0, 0, width, height);
     pen.globalAlpha = 1;
     const beat = BEATS.indexOf(this.controls.values.beat);
@@ -248,14 +248,20 @@ class Beats {
     const sizes = this.sizes(round, beat);
     round.particles.forEach((region, i) => {
       const [x, y] = onto(region);
-      if (sizes[i] > 0) return dot(pen, x, y, 2 + 6 * Math.sqrt(sizes[i]), CROWD);
-      Object.assign(pen, { strokeStyle: GREY, lineWidth: 1.5 });
+      if (sizes[i] > 0)
+        return dot(pen, x, y, 2 + 6 * Math.sqrt(sizes[i]), CROWD, "#000");
       pen.beginPath();
       for (const way of [3, -3]) {
         pen.moveTo(x - 3, y - way);
         pen.lineTo(x + 3, y + way);
       }
-      pen.stroke();
+      for (const [strokeStyle, lineWidth] of [
+        ["#000", 3],
+        ["#fff", 1],
+      ]) {
+        Object.assign(pen, { strokeStyle, lineWidth });
+        pen.stroke();
+      }
     });
     if (beat !== 2) return;
     outline(pen, corners(this.truth[this.shown]).map(onto), "#000", 1.5);
