@@ -82,3 +82,32 @@ def test_functions_are_short():
     assert most <= LONGEST, name
     assert statistics.median(lengths.values()) <= USUAL
     assert statistics.quantiles(lengths.values(), n=10)[-1] <= TENTH
+
+
+MADE = (ast.Call, ast.BinOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Starred)
+ALIKE = {"cos", "sin"}, {"min", "max"}
+
+
+def test_unlike_things_are_made_in_lines_of_their_own():
+    """``a, b = f(), g()`` hides the second; what is only named may stand together."""
+    packed = [
+        f"{path.relative_to(PACKAGE)}:{node.lineno}"
+        for path in sorted(PACKAGE.rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Tuple)
+        if isinstance(node.targets[0], ast.Tuple) and _are_unlike(node.value.elts)
+    ]
+    assert packed == []
+
+
+def _are_unlike(values):
+    makers = {_maker(value) for value in values}
+    made = any(isinstance(value, MADE) for value in values)
+    return made and len(makers) > 1 and makers not in ALIKE
+
+
+def _maker(value):
+    """What makes a value: the last name of a function, or the kind of an expression."""
+    if isinstance(value, ast.Call):
+        return ast.unparse(value.func).split(".")[-1]
+    return type(value)

@@ -68,7 +68,8 @@ class Panel(ipywidgets.VBox):
     """
 
     def __init__(self, entry: Entry, fixed: Mapping[str, Any]):
-        self._entry, self._fixed = entry, dict(fixed)
+        self._entry = entry
+        self._fixed = dict(fixed)
         free = [name for name in entry.sliders if name not in fixed]
         self._controls = {name: _control(entry, name) for name in free}
         self._image = ipywidgets.Image(
@@ -139,7 +140,8 @@ class Panel(ipywidgets.VBox):
 
     def _draw(self, values: tuple[tuple[str, Any], ...]) -> Drawing:
         """Draw the figure; what takes long shows how far it is."""
-        start, self._told = time.process_time(), time.monotonic()
+        start = time.process_time()
+        self._told = time.monotonic()
         try:
             with _no_garbage():
                 fig, shown = self._entry.draw(LIVE_DPI, self._tell, **dict(values))

@@ -66,7 +66,8 @@ class StaticPanel:
     """
 
     def __init__(self, entry: Entry, fixed: Mapping[str, Any]):
-        self._entry, self.values = entry, entry.defaults | dict(fixed)
+        self._entry = entry
+        self.values = entry.defaults | dict(fixed)
         self._frames: list[str] = []
         self._drawn: dict[tuple, int] = {}
         self.shown = self._draw(self.values)
@@ -180,7 +181,8 @@ def spread(values: list[Any], default: Any, most: int) -> list[Any]:
 
     The first, the last and the default are among them.
     """
-    last, at = len(values) - 1, values.index(default)
+    last = len(values) - 1
+    at = values.index(default)
     if last < most:
         return values
     chosen = {round(i * last / (most - 1)) for i in range(most)}

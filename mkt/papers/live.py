@@ -190,7 +190,8 @@ def _table(width: int) -> dict[str, Any]:
 @DATA.register("nummiaro2003.fig3")
 def _waiting() -> dict[str, Any]:
     """The model of the student, and how alike the background is to it."""
-    scene, tracker = students(0), Adaptive()
+    scene = students(0)
+    tracker = Adaptive()
     clip = runs.clip(scene)
     model = tracker.learn(clip.frames[0], clip.truth[0])
     image = tracker.bins(clip.frames[TREE])
@@ -216,7 +217,8 @@ def _behind_the_tree(k: int) -> dict[str, Any]:
     It comes with the place of the student, while most of the student is seen.
     """
     clip = runs.clip(students(0))
-    frame, seen = clip.frames[k], clip.visibility[k] > SEEN
+    frame = clip.frames[k]
+    seen = clip.visibility[k] > SEEN
     return {
         "picture": _picture(frame),
         "binned": _picture(frame & 0xE0, LOSSLESS),  # eight steps a colour

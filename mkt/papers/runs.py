@@ -45,7 +45,8 @@ def run(
         columns = {name: getattr(made, name) for name in FIELDS}
         return columns | {f"info {name}": a for name, a in made.info.items()}
 
-    code, origin = dependencies.code_of(tracker, source), cache.identity(source)
+    code = dependencies.code_of(tracker, source)
+    origin = cache.identity(source)
     key = cache.key(tracker, origin, seed, sorted(keep), code)
     known = None not in (code, origin, key)
     columns = TRACKS.kept(key, make) if known else make()

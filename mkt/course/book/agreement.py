@@ -41,7 +41,8 @@ def _word(name: str, text: str) -> str:
     text = text.lower()
     if name.startswith("own.") or any(words in text for words in NOT_PRINTED):
         return "ours"
-    agrees, differs = "agrees" in text, "differs" in text or "except" in text
+    agrees = "agrees" in text
+    differs = "differs" in text or "except" in text
     if agrees and differs:
         return "in part"
     return "differs" if differs else "agrees" if agrees else "ours"

@@ -69,7 +69,8 @@ def make(
         write(files, source)
     with rendered(source, folder) as fresh:
         # Sphinx leaves the other cores alone, and pages only name these files.
-        drawn, data = pictures.drawn(), live.data()
+        drawn = pictures.drawn()
+        data = live.data()
     with named(fresh):
         write(drawn, fresh / FILES)
         write(data, fresh / live.FILES)

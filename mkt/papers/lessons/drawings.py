@@ -44,7 +44,8 @@ def newton_on_kernels(fig: Figure) -> None:
     x = np.linspace(-3.2, 5.2, 400)
     left.plot(x, _two_bowls(x), color=TRUTH, lw=1.5)
     for start, color in ((0.78, CURRENT), (3.42, DESIRED)):
-        value, slope, bend = _two_bowls(start), *_slopes(start)
+        value = _two_bowls(start)
+        slope, bend = _slopes(start)
         end = start - slope / bend
         near = np.linspace(min(start, end) - 0.6, max(start, end) + 0.6, 50)
         fitted = value + slope * (near - start) + bend / 2 * (near - start) ** 2
@@ -128,7 +129,8 @@ def cycle(fig: Figure) -> None:
     its place. Estimate: the weighted mean, near the truth. Draw: heavy particles are
     copied, in their colours, and light ones are gone.
     """
-    made, ax = eight(), canvas(fig, 70, 36)
+    made = eight()
+    ax = canvas(fig, 70, 36)
     titles = ("1 predict", "2 weigh", "3 estimate", "4 draw")
     ax.plot([made["truth"]] * 2, [0, 33.5], color="0.8", lw=6, zorder=0)
     ax.text(made["truth"], 34.7, "the car is here", **MIDDLE)
@@ -397,7 +399,8 @@ def hybrid(fig: Figure) -> None:
     """
     axes = fig.subplots(1, 3, gridspec_kw={"left": 0.01, "right": 0.99, "wspace": 0.05})
     titles = "in view", "hidden for 1 frame", "hidden for 6 frames"
-    rng, speed = np.random.default_rng(2), 1.5
+    rng = np.random.default_rng(2)
+    speed = 1.5
     for ax, title, hidden in zip(axes, titles, (0, 1, 6), strict=True):
         last = 8.0
         chance = rng.normal(0, 0.8, (40, 2))

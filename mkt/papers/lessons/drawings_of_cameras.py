@@ -250,7 +250,8 @@ def plane_in_space(fig: Figure) -> None:
     best rectangle of the card's own shape, which fits neither side.
     """
     workspace = Workspace(width=0.3)
-    pose, card = turned_card(np.deg2rad(55), 0.5), (0.0, 0.0, 0.0)
+    pose = turned_card(np.deg2rad(55), 0.5)
+    card = (0.0, 0.0, 0.0)
     _draw_card(fig.add_axes((-0.03, -0.1, 0.5, 1.2), projection="3d"), workspace, pose)
     ax = fig.add_axes((0.6, 0.07, 0.39, 0.86))
     sides = workspace.sides / 2

@@ -181,7 +181,8 @@ def landscape(layout: str) -> tuple[Array, Array, NDArray]:
     z : (17, 17) array
         Rotation down, x across.
     """
-    clip, bins = still("car"), ColorBins()
+    clip = still("car")
+    bins = ColorBins()
     region = clip.truth[0]
     x, degrees = np.linspace(-20, 20, 17), np.linspace(-60, 60, 17)
     learnt, seen = (bins(frame) for frame in clip.frames)

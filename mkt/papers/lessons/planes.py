@@ -73,7 +73,8 @@ def tilt_felt(
     before, after = facing(item), facing(item, tilt)
     image = BINS[bins](after.sequence().frames[1])
     learnt = BINS[bins](before.sequence().frames[1])
-    region, truth = before.sequence().truth[1], homographies(after, after.target, 1.0)
+    region = before.sequence().truth[1]
+    truth = homographies(after, after.target, 1.0)
     targets = {
         side: learn(learnt, region, Kernels(side, samples=1600)) for side in SIDES
     }
@@ -152,7 +153,8 @@ def start_from(
     rng = np.random.default_rng((LATER, seed))
     way, axis = rng.uniform(0, 2 * np.pi, 2)
     sign, larger = rng.choice([-1, 1], 2)
-    camera, sides = Camera(), 2 * region[3:] / Camera().focal
+    camera = Camera()
+    sides = 2 * region[3:] / Camera().focal
     pose = planes.poses(truth, camera, sides)[0]
     about = np.deg2rad(tilt) * np.array([np.cos(axis), np.sin(axis), 0])
     pose[:3, :3] = pose[:3, :3] @ Rotation.from_rotvec(about).as_matrix()
@@ -169,7 +171,8 @@ def aligned(kind: str, seed: int, start: Array) -> dict[str, Array]:
     """Where kernels and pixels end from a start (3, 3), learnt in the first frame."""
     first, region, frame, _ = look(kind, seed)
     rng = np.random.default_rng(seed)
-    ssd, esm = PlaneSSD(), PlaneESM()
+    ssd = PlaneSSD()
+    esm = PlaneESM()
     by_kernels, _, _ = ssd.refine(ssd.init(first, region, rng), ssd.bins(frame), start)
     by_pixels, _ = esm.refine(esm.init(first, region, rng), frame, start)
     return {"kernels": by_kernels, "pixels": by_pixels}

@@ -547,5 +547,6 @@ def loop_errors(
     e = np.abs(np.reshape(tried, (len(RATIOS), len(times), len(GAINS), HANDS)))
     e = e.transpose(2, 0, 1, 3)  # gains, ratios, times, hands
     exact, noisy = e[..., 0], e[..., 1:]
-    steady, peak = exact[..., back], exact[..., back:].max(-1)
+    steady = exact[..., back]
+    peak = exact[..., back:].max(-1)
     return steady, peak, np.sqrt(np.mean(noisy**2, (2, 3)))

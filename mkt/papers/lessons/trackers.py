@@ -85,7 +85,8 @@ def newton(
     The object is learnt in one rendered frame and looked for in the next.  A single
     kernel cannot grow beyond the object, so above a span of 1 it stays as it is.
     """
-    clip, bins = still("car", seed), ColorBins()
+    clip = still("car", seed)
+    bins = ColorBins()
     learnt, image = (bins(frame) for frame in clip.frames)
     truth = clip.truth[1]
     widest = min(span, 1.0) if layout == "one" else span
@@ -249,7 +250,8 @@ def offspring_scatter(weights: Array, scheme: str, repeats: int = 400) -> float:
     repeats : int
         How often it is drawn.
     """
-    rng, n = np.random.default_rng(0), len(weights)
+    rng = np.random.default_rng(0)
+    n = len(weights)
     drawn = [SCHEMES[scheme](weights, rng) for _ in range(repeats)]
     counts = np.array([np.bincount(ancestors, minlength=n) for ancestors in drawn])
     return float(np.sqrt(np.mean((counts - n * weights) ** 2)))
@@ -398,7 +400,8 @@ def _draw_parts(ax: Axes, parts: Array) -> None:
 def _draw_hypotheses(ax: Axes, particles: Regions, weights: Array) -> None:
     """Particles as dots, the heaviest larger and outlined."""
     best = np.argsort(weights)[-OUTLINED:]
-    heaviest, size = particles[best], weights[best] / weights.max()
+    heaviest = particles[best]
+    size = weights[best] / weights.max()
     colors = [(0.8, 0.1, 0.5, 0.1 + 0.6 * share) for share in size]
     outlines = list(corners(heaviest)[:, [0, 1, 2, 3, 0]])
     ax.add_collection(LineCollection(outlines, colors=colors, lw=0.8, zorder=1.9))

@@ -51,7 +51,8 @@ def _draw_means(
     ax: Axes, cells: dict[str, tuple[str, str]], number: str
 ) -> pd.DataFrame:
     """Means over scenes of {text: (kind, label)} with their intervals, as a table."""
-    rows, lines = wishes.runs(), []
+    rows = wishes.runs()
+    lines = []
     for text, (kind, label) in cells.items():
         cell = rows[(rows["source"] == kind) & (rows["tracker"] == label)]
         value, low, high = interval(cell[number].to_numpy(float), MEAN)
@@ -112,7 +113,8 @@ def _lit(cast: float, noise: float) -> tuple[Frame, Region]:
 
 def _sections(frame: Frame, region: Region, bins: ColorBins) -> dict[str, Array]:
     """D^2 of the regions along x, the mean over nine kernels, by each measure."""
-    before, tiles = CAR.sequence().frames[1], Kernels("tiles", "uniform")
+    before = CAR.sequence().frames[1]
+    tiles = Kernels("tiles", "uniform")
     regions = displaced(region, REACH)
     target = learn(bins(before), region, tiles)
     q = histograms(bins(frame), target.kernels, regions)
@@ -208,7 +210,8 @@ def learnt_motion(
         1, 3, width_ratios=(1.25, 1, 0.9), gridspec_kw=LEFT | {"wspace": 0.5}
     )
     clip = Varied(kind, seed).sequence()
-    truth, rng = clip.truth, np.random.default_rng(seed)
+    truth = clip.truth
+    rng = np.random.default_rng(seed)
     show_frame(axes[0], pale(clip.frames[k]), f"{kind}, {ahead} frames ahead of {k}")
     spread, inside = {}, {}
     for name, color in MODELS.items():
@@ -264,7 +267,8 @@ def two_cameras(
     particles each; synthetic data.
     """
     axes = fig.subplots(1, 3, width_ratios=(1, 1, 1.1), gridspec_kw=LEFT)
-    views, matrices = TwoViews(seed), homographies()
+    views = TwoViews(seed)
+    matrices = homographies()
     run = wishes.exchanged(seed, talking, float(off))
     alone = wishes.exchanged(seed, False, 0.0)["errors"][:, 0]
     truths = np.array([[seen(H, r) for H in matrices] for r in views.truth])

@@ -152,10 +152,12 @@ def exchanged(seed: int, talking: bool, off: float) -> dict[str, Array]:
         regions : (T, 2, 5) in both images; errors : (T, 2) [px] of their middles; bytes
         : (T,) that were sent.
     """
-    views, (first, second) = TwoViews(seed), homographies()
+    views = TwoViews(seed)
+    first, second = homographies()
     believed = first, second @ np.array([[1, 0, off], [0, 1, 0], [0, 0, 1.0]])
     truths = np.array([[seen(H, r) for H in (first, second)] for r in views.truth])
-    pair, rng = TwoCameras(believed, talking=talking), np.random.default_rng(seed)
+    pair = TwoCameras(believed, talking=talking)
+    rng = np.random.default_rng(seed)
     states = pair.init(views.frames(0), tuple(truths[0]), rng)
     found, cost = [truths[0]], [0]
     for k in range(1, len(truths)):

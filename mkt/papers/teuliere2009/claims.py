@@ -392,7 +392,8 @@ def _followed(seed: int) -> _Followed:
         loop_run(experiment(compensation=compensation, seed=seed))
         for compensation in ("off", "raw", "Kalman")
     )
-    steady, turned = _steady(off.times), _turned(off.times)
+    steady = _steady(off.times)
+    turned = _turned(off.times)
     without, error = off.errors[:, 1], kalman.errors[:, 1]
     truth = self_motion(kalman, experiment().workspace.surface)
     right = np.sign(kalman.estimated[1:, 1]) == np.sign(truth)

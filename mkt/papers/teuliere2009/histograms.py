@@ -373,8 +373,10 @@ def fig4(
     blurred = _crossing(item, exposure, float(speed), seed + 1).sequence()
     crossing = f"{speed} px per frame, exposure {exposure:.0%} of it"
     frames = {"standing still": sharp.frames[1], crossing: blurred.frames[1]}
-    bins, region = ColorBins(), sharp.truth[0]
-    x, theta = np.linspace(-30, 30, 41), np.deg2rad(np.linspace(-60, 60, 41))
+    bins = ColorBins()
+    region = sharp.truth[0]
+    x = np.linspace(-30, 30, 41)
+    theta = np.deg2rad(np.linspace(-60, 60, 41))
     target = learn(bins(sharp.frames[0]), region, Kernels(layout))
     grid = displaced(region, x, 0, theta[:, None])
     surfaces = [target.distances(bins(frame), grid) for frame in frames.values()]

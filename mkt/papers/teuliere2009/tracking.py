@@ -101,7 +101,8 @@ def before_and_after(regions: Regions, clip: Clip) -> tuple[Array, Array, NDArra
     lost : (...) bool array
         Where most of the last ten frames are misses.
     """
-    off, times = errors(regions, clip.truth), np.arange(len(clip))
+    off = errors(regions, clip.truth)
+    times = np.arange(len(clip))
     seen = clip.visibility > SEEN
     parts = [seen & (0 < times) & (times < FIRST), seen & (times >= FIRST)]
     position = [np.median(off.position[..., part], -1) for part in parts]
