@@ -56,7 +56,7 @@ the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `~mkt.servoing.loop`,
                    `~mkt.servoing.planes`
 `mkt.experiments`  `~mkt.experiments.sweep`, `~mkt.experiments.cache`,
-                   `~mkt.experiments.dependencies`,
+                   `~mkt.experiments.dependencies`, `~mkt.experiments.processes`,
                    `~mkt.experiments.statistics`, `~mkt.experiments.timing`,
                    `~mkt.experiments.claims`, `~mkt.experiments.claims_as_text`,
                    `~mkt.experiments.leaderboard`,

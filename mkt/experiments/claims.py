@@ -30,11 +30,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
-from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from mkt.checks import check_seed, of_kind
 from mkt.experiments import cache
+from mkt.experiments.processes import spread
 from mkt.experiments.statistics import MEDIAN, Statistic, holm, interval, p_value
 from mkt.experiments.sweep import Job, sweep
 from mkt.experiments.timing import one_thread
@@ -228,9 +228,7 @@ def over_seeds(function: Callable[[int], Any], seeds: Sequence[int]) -> list[Any
     function : callable
     seeds : sequence of int
     """
-    done = Parallel(n_jobs=-1, return_as="generator")(
-        delayed(_alone)(function, seed) for seed in seeds
-    )
+    done = spread(_alone, ((function, seed) for seed in seeds))
     return list(tqdm(done, "seeds", len(seeds), unit="seed", disable=None))
 
 

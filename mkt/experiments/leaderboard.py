@@ -26,10 +26,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from mkt.experiments import shipped as release
+from mkt.experiments.processes import spread
 from mkt.experiments.statistics import MEAN, interval, p_value
 from mkt.experiments.sweep import Job, Named, sweep
 from mkt.experiments.timing import one_thread
@@ -301,10 +301,8 @@ def write_tracks(board: Board, folder: Path, processes: int = -1) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     refused = board.rows["refused"] != ""
     jobs = [job for job, no in zip(board.jobs, refused, strict=True) if not no]
-    done = Parallel(n_jobs=processes, return_as="generator")(
-        delayed(_write_track)(job, folder / name)
-        for job, name in zip(jobs, _file_names(jobs), strict=True)
-    )
+    paths = [folder / name for name in _file_names(jobs)]
+    done = spread(_write_track, zip(jobs, paths, strict=True), processes)
     for _ in tqdm(done, desc="tracks", unit="run", total=len(jobs)):
         pass
 

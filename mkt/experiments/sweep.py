@@ -28,12 +28,12 @@ from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from mkt import checks, evaluation
 from mkt.evaluation import JUDGED, evaluate, mean_of
 from mkt.experiments import cache, dependencies
+from mkt.experiments.processes import spread
 from mkt.experiments.timing import Clocked, one_thread
 from mkt.files import DataError, whole
 from mkt.tracking import Sequence, Source, Track, Tracker, check_tracker, track
@@ -239,9 +239,8 @@ def sweep(
     sources = _identities(jobs)
     rows = [_known(job, of) for job, of in zip(jobs, sources, strict=True)]
     missing = [k for k, row in enumerate(rows) if row is None]
-    done = Parallel(n_jobs=processes, return_as="generator_unordered")(
-        delayed(_run_group)(group) for group in _groups(jobs, missing, sources)
-    )
+    groups = ((group,) for group in _groups(jobs, missing, sources))
+    done = spread(_run_group, groups, processes, in_order=False)
     quiet = None if missing else True
     with tqdm(total=len(missing), desc="runs", unit="run", disable=quiet) as bar:
         for fresh in done:

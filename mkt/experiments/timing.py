@@ -14,7 +14,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-from threadpoolctl import ThreadpoolController
 from tqdm import tqdm
 
 from mkt.types import Array, ArrayLike
@@ -69,8 +68,11 @@ _LIMITS = _Limits()
 
 
 @lru_cache(maxsize=1)
-def _controller() -> ThreadpoolController:
+def _controller() -> Any:
     """The libraries that have threads; to look for them takes milliseconds."""
+    # Not above: it sets a variable of the environment when it is imported.
+    from threadpoolctl import ThreadpoolController
+
     return ThreadpoolController()
 
 

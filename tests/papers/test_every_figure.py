@@ -106,7 +106,7 @@ def test_registering_checks_the_sliders():
 
 SETTINGS = """
 import os
-import cv2, joblib, matplotlib  # these set variables for themselves
+import cv2, matplotlib  # these set variables for themselves
 
 def settings():
     return matplotlib.rcParams.copy(), cv2.getNumThreads(), dict(os.environ)

@@ -8,13 +8,12 @@ import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
-from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from mkt.course.book import depends
 from mkt.experiments.cache import Shelf
+from mkt.experiments.processes import spread
 from mkt.figures import export, light_pdf
 from mkt.figures.registry import FIGURES
 from mkt.figures.static_panel import AVIF, encoded
@@ -58,8 +57,7 @@ def _draw_all(names: list[str]) -> Iterator[tuple[str, dict[str, bytes]]]:
     with warnings.catch_warnings():
         # joblib replaces a worker that has grown large, and nothing is lost.
         warnings.filterwarnings("ignore", "A worker stopped")
-        workers = Parallel(n_jobs=-1, return_as="generator_unordered")
-        results: Any = workers(delayed(_draw)(name) for name in names)
+        results = spread(_draw, ((name,) for name in names), in_order=False)
         quiet = None if names else True
         yield from tqdm(
             results, "figures", total=len(names), unit="figure", disable=quiet
