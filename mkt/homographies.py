@@ -96,13 +96,15 @@ def slope_at_middle(homographies: Array) -> Array:
     return h[..., :2, :2] - h[..., :2, 2:] * h[..., 2:, :2]
 
 
-def as_region(homography: Array, aspect: float) -> Array:
-    """The region (5,) of an object of this aspect hx / hy that fits at its middle."""
-    slope = slope_at_middle(homography)
-    size = np.sqrt(abs(np.linalg.det(slope)))
-    centre = homography[:2, 2] / homography[2, 2]
-    theta = angles(homography[None])[0]
-    return np.array([*centre, theta, size * aspect**0.5, size / aspect**0.5])
+def as_region(homographies: Array, aspect: float) -> Array:
+    """Regions (..., 5) that fit homographies (..., 3, 3) at the object's middle.
+
+    The aspect is the object's hx / hy.
+    """
+    size = np.sqrt(np.abs(np.linalg.det(slope_at_middle(homographies))))
+    x, y = np.moveaxis(homographies[..., :2, 2] / homographies[..., 2:, 2], -1, 0)
+    theta = angles(homographies.reshape(-1, 3, 3)).reshape(size.shape)
+    return np.stack([x, y, theta, size * aspect**0.5, size / aspect**0.5], -1)
 
 
 def through(homographies: Array, points: ArrayLike) -> Array:

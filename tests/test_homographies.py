@@ -116,6 +116,8 @@ def test_slope_and_region_are_those_at_the_middle_whatever_the_scale(step, scale
     )
     once, again = (homographies.as_region(each, 1.5) for each in (h, scale * h))
     assert np.allclose(once, again)
+    both = homographies.as_region(np.array([[h, scale * h]]), 1.5)
+    assert (both == [[once, again]]).all()
     assert np.allclose(once[:2], homographies.through(h, [[0.0, 0.0]])[0])
 
 

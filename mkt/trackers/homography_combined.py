@@ -16,9 +16,14 @@ import numpy as np
 
 from mkt import checks
 from mkt.histograms import Target, distance, learn, log_likelihood
-from mkt.homographies import moved
+from mkt.homographies import as_region, moved
 from mkt.kernels import Kernels
-from mkt.particles import effective_sample_size, normalised, systematic
+from mkt.particles import (
+    covariance,
+    effective_sample_size,
+    normalised,
+    systematic,
+)
 from mkt.trackers.homography import PlaneSSD, PlaneState, plane_report
 from mkt.tracking import LAMBDA, Info
 from mkt.types import Array, Frame, Region, Rng
@@ -101,8 +106,14 @@ class PlaneCombined:
             estimate, d, steps = self.ssd.refine(ssd, image, estimate)
             lost = d > self.ssd.lost_above
         cost = self.n + 1 + steps
-        n_eff = effective_sample_size(weights)
-        info = plane_report(ssd, estimate, d, lost, cost, steps=steps, n_eff=n_eff)
+        info = plane_report(ssd, estimate, d, lost, cost, steps=steps)
+        cloud = as_region(places, half_sides[0] / half_sides[1])
+        info |= {
+            "covariance": covariance(cloud, weights, info["region"]),
+            "n_eff": effective_sample_size(weights),
+            "particles": cloud,
+            "weights": weights,
+        }
         kept = offsets[systematic(weights, rng)] - mean
         ssd = ssd._replace(homography=estimate)
         return PlaneCombinedState(ssd, target, kept), info

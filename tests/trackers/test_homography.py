@@ -410,6 +410,10 @@ def test_a_combination_on_planes_reports_its_particles_and_all_looks():
     state = tracker.init(clip.frames[0], clip.truth[0], rng)
     _, info = tracker.step(state, clip.frames[1], rng)
     assert 1 <= info["n_eff"] <= 30 and info["steps"] >= 2
+    assert info["particles"].shape == (30, 5)
+    assert info["weights"].sum() == pytest.approx(1)
+    off = np.abs(info["weights"] @ info["particles"][:, :2] - info["region"][:2])
+    assert off.max() < 3 * np.sqrt(np.diag(info["covariance"])[:2].max())
     assert not info["lost"] and np.asarray(info["lost"]).dtype == bool
     assert info["evaluations"] == 30 + 1 + info["steps"]
     hidden = np.full_like(clip.frames[1], 128)
