@@ -4,6 +4,7 @@ Every refusal is a ValueError that names the field, its value and the remedy.
 """
 
 from collections.abc import Callable, Collection
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,9 @@ def numbers(
     """Refuse a field that is no number, or NaN, or not such a one as is needed."""
     for field in fields:
         value = getattr(specification, field)
-        if not (isinstance(value, int | float | np.number) and fits(value)):
+        if not isinstance(value, Real):
+            raise ValueError(f"{field} is {value!r}; it must be a number")
+        if not fits(value):
             raise ValueError(f"{field} is {value}; {need}")
 
 

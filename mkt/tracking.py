@@ -103,7 +103,7 @@ class Sequence:
         beyond = (self.visibility < 0) | (self.visibility > 1)  # NaN is not
         if beyond.any():
             raise ValueError(
-                f"visibility has {self.visibility[beyond][0]:g} in it; "
+                f"visibility has {float(self.visibility[beyond][0])} in it; "
                 "a share lies between 0 and 1, and what is not known is NaN"
             )
 

@@ -426,6 +426,11 @@ def test_a_parameter_that_cannot_be_is_named(make, field):
         make()
 
 
+def test_a_word_is_told_from_a_number():
+    with pytest.raises(ValueError, match="position is '0.06'; it must be a number"):
+        Motion(position="0.06")
+
+
 class Nowhere(Motion):
     """A motion of one's own that goes wrong after the start."""
 

@@ -25,7 +25,7 @@ was chosen.  Trackers are compared on the same scenes, run by run.
 """
 
 import inspect
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -238,7 +238,7 @@ def _alone(function: Callable[[int], Any], seed: int) -> Any:
 
 
 def measure(
-    names: Iterable[str] = (), seeds: Sequence[int] = SEEDS, processes: int = -1
+    names: Iterable[str] = (), seeds: Collection[int] = SEEDS, processes: int = -1
 ) -> list[Measured]:
     """Run what claims need, all of them by default, and take their numbers.
 
@@ -250,9 +250,11 @@ def measure(
         For an unknown name, for fewer than six seeds, for one that comes twice, and
         for what is no seed.
     """
-    of_kind(seeds, Sequence, "seeds", f"give at least {FEWEST}, such as range(32)")
+    of_kind(seeds, Collection, "seeds", f"give at least {FEWEST}, such as range(32)")
     for seed in seeds:
         check_seed(seed)
+    if not isinstance(seeds, Sequence):  # such as an array
+        seeds = list(map(int, seeds))
     if len(set(seeds)) < len(seeds):
         raise ValueError("some seeds are the same; the same scene counts once")
     if len(seeds) < FEWEST:

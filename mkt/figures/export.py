@@ -34,7 +34,7 @@ KEYS = {  # what each format calls the four facts
 }
 UNDATED = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 SHARP_DPI = 200
-MOVING = ".gif"  # of a figure with a slider `frame`
+MOVING = ".gif"  # of a figure with a parameter `frame`
 MOVING_DPI, MOVING_MS, COLORS = 56, 120, 32
 PLACES = "%.6g"  # of the numbers in a table
 
@@ -92,9 +92,9 @@ def write(entry: Entry, path: Path | str, parameters: Mapping[str, Any]) -> None
 
 
 def _write_moving(entry: Entry, path: Path, parameters: Mapping[str, Any]) -> None:
-    """A figure at every second position of its slider `frame`, as a moving picture."""
+    """A figure at every second position of its parameter `frame`, as a film."""
     if "frame" not in entry.sliders:
-        raise ValueError("it has no slider 'frame', over which a .gif could move")
+        raise ValueError("it has no parameter 'frame', over which a .gif could move")
     if "frame" in parameters:
         raise ValueError("a .gif moves over 'frame'; leave it out, or take a .png")
     pictures, frames = [], entry.values("frame")[::2]

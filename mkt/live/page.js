@@ -379,6 +379,7 @@ export function legible(pen, ink, color) {
   pen.strokeStyle = strokeStyle;
   if (brightness(bright) < 128 || brightness(own) > 90) return color;
   const most = Math.max(...own);
+  if (most === 0) return ink;
   return `rgb(${own.map((each) => Math.round((255 * each) / most)).join(" ")})`;
 }
 

@@ -10,6 +10,7 @@ What closes the loop round it is `mkt.servoing.loop`.  Explained in notebooks 08
 
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 from typing import NamedTuple
 
 import numpy as np
@@ -193,7 +194,7 @@ def _has_area(region: ArrayLike) -> bool:
 
 def _is_gain(gain: law.Gain) -> bool:
     """Whether it is a number from 0 on, or something that is called with an error."""
-    if isinstance(gain, int | float | np.number):
+    if isinstance(gain, Real):
         return bool(0 <= gain < np.inf)
     return callable(gain) and not isinstance(gain, type)
 

@@ -236,12 +236,12 @@ def _check_rectangle(w: float, h: float, surface: float, angle: str) -> None:
 
 
 def moments(corners: ArrayLike) -> Array:
-    """Features (x_n, y_n, a_n, alpha) of any quadrilateral, from its dense moments.
+    """Features (x_n, y_n, a_n, alpha) of a quadrilateral, from its dense moments.
 
     Parameters
     ----------
     corners : (4, 2) array_like
-        In normalised image coordinates, in order.
+        In normalised image coordinates, in order, of a convex one.
 
     Returns
     -------
@@ -250,13 +250,13 @@ def moments(corners: ArrayLike) -> Array:
     Raises
     ------
     ValueError
-        Where it has no area, and where its corners do not go round it in order.
+        Where it has no area, is not convex, or its corners do not go round it in order.
     """
     points, weights = quadrature(corners)
     a = weights.sum()
     if not (a > 0 and _turn_one_way(np.asarray(corners, float))):
         raise ValueError(
-            "the quadrilateral has no area, or crosses itself, hence no features; "
+            "the quadrilateral has no area, crosses itself or has a dent: no features; "
             "give four corners in order round the target"
         )
     centre = points @ weights / a

@@ -223,9 +223,13 @@ def test_who_handed_in_nothing_has_a_row_until_there_is_something(toy):
     assert noted["bob"]["note"] == "nothing was handed in"
     again = graded(folder, toy / "grades.csv")
     assert again == noted
-    hand_in(folder / "bob" / "late.ipynb", answer(**GOOD))
+    (folder / "bob" / "toy.ipynb").rmdir()
+    hand_in(folder / "bob" / "toy.ipynb", answer(**GOOD))
     assert graded(folder, toy / "grades.csv")["bob"]["points"] == "3"
     assert len(table.read(toy / "grades.csv")) == 2
+    hand_in(toy / "flat" / "ada_toy.ipynb", answer(**GOOD))
+    (toy / "flat" / "old").mkdir()
+    assert list(graded(toy / "flat", toy / "flat.csv")) == ["ada"]
 
 
 def test_a_cell_that_calls_exit_costs_nothing(toy):

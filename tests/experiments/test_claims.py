@@ -503,9 +503,16 @@ def test_a_sample_of_the_shipped_runs_comes_out_the_same_again():
     assert not mostly_the_same(now, then[::-1])
 
 
-@pytest.mark.parametrize("seeds, said", [(6, "of the type int"), ([0.5] * 9, "0.5")])
-def test_seeds_are_a_list_of_whole_numbers(seeds, said):
-    with pytest.raises(ValueError, match=f"seeds? is {said}"):
+@pytest.mark.parametrize(
+    "seeds, said",
+    [
+        (6, "seeds is of the type int"),
+        ([0.5] * 9, "seed is 0.5"),
+        (np.arange(3), "3 seeds are too few"),
+    ],
+)
+def test_seeds_are_whole_numbers_in_a_list_or_an_array(seeds, said):
+    with pytest.raises(ValueError, match=said):
         measure("T09-a", seeds=seeds)
 
 

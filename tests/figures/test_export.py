@@ -143,7 +143,7 @@ def test_a_figure_with_a_slider_of_frames_becomes_a_moving_picture(tmp_path):
     export.write(FIGURES["toy.moving"], tmp_path / "again.gif", {"to": 3})
     first, again = (tmp_path / f"{name}.gif" for name in ("x", "again"))
     assert first.read_bytes() == again.read_bytes()
-    with pytest.raises(ValueError, match="no slider 'frame', over which a .gif could"):
+    with pytest.raises(ValueError, match="no parameter 'frame', over which"):
         export.write(FIGURES["teuliere2009.fig2"], tmp_path / "y.gif", {})
     with pytest.raises(ValueError, match=r"frame=3: a .gif moves over 'frame'; leave"):
         export.write(FIGURES["toy.moving"], tmp_path / "y.gif", {"frame": 3})

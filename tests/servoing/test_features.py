@@ -126,6 +126,7 @@ def test_alpha_is_the_longer_axis():
         ("no area", lambda: features([0, 0, 0, -1, -1], UNIT)),
         ("no area", lambda: moments(np.zeros((4, 2)))),
         ("crosses itself", lambda: moments([[0, 0], [1, 1], [1, 0], [0, 1]])),
+        ("has a dent", lambda: moments([[0, 0], [2, 0], [0.5, 0.5], [0, 2]])),
         ("surface", lambda: interaction_matrix(GOLDEN, UNIT, 0.0)),
         ("square", lambda: interaction_matrix([0, 0, 0, 1, 1], UNIT, 0.01, "alpha")),
         ("focal", lambda: Camera(0.0)),

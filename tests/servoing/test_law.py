@@ -61,7 +61,7 @@ def test_bad_input_is_named(problem, call):
         (np.inf, 1.0, 4.0, "near is inf"),
         (2.0, 0.0, 4.0, "far is 0"),
         (2.0, 0.5, 0.0, "slope is 0"),
-        (2.0, 0.5, "4", "slope is 4; it must be"),
+        (2.0, 0.5, "4", "slope is '4'; it must be"),
     ],
 )
 def test_a_gain_that_does_not_fall_is_refused(near, far, slope, said):

@@ -6,9 +6,10 @@ the work and returns the exit code or None.  For students and readers:
 `mkt.course.commands.slides`, `mkt.course.commands.figure`, `mkt.course.commands.track`,
 `mkt.course.commands.data` and `mkt.course.commands.doctor`; for those who check:
 `mkt.course.commands.test`, `mkt.course.commands.claims`, `mkt.course.commands.bench`.
-  Nothing heavy is imported before a command
-runs, so that --help needs no installed package.  A command reports what is wrong with
-its input as a ValueError or OSError; `mkt.course.cli` prints this in one line.
+
+Nothing heavy is imported before a command runs, so that --help needs no installed
+package.  A command reports what is wrong with its input as a ValueError or OSError;
+`mkt.course.cli` prints this in one line.
 """
 
 import argparse

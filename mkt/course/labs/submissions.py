@@ -117,14 +117,24 @@ def submissions(
         for path in paths
         if not any(map(_is_aside, path.parts))
     ]
-    some = {one.path.parts[0] for one in found}
+    some = {one.path.parts[0] for one in found if len(one.path.parts) > 1}
     empty = [
-        Submission(path.name, None, path.relative_to(folder), trouble=NOTHING)
+        Submission(path.name, None, path.relative_to(folder), trouble=_nothing(path))
         for path in sorted(folder.iterdir())
+        if some  # or none of the folders is a student's
         if path.is_dir() and not _is_aside(path.name) and path.name not in some
         if left_out.isdisjoint(_with_parents(folder, path))
     ]
     return found + empty
+
+
+def _nothing(folder: Path) -> str:
+    """Why nothing was found in a folder."""
+    try:
+        next(folder.iterdir(), None)
+    except OSError as error:
+        return f"cannot be read: {error.strerror or error}"
+    return NOTHING
 
 
 def _with_parents(folder: Path, path: Path) -> list[Path]:

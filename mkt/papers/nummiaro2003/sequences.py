@@ -416,7 +416,8 @@ def fig8(
     that the mean state must exceed before the model learns; the paper prints .9 for a
     likelihood whose scale it does not print.  elliptic: the kernel's radius; the
     printed one leaves weight on the border, where the background is.  With the defaults
-    the update keeps the van to the end, as in the print.
+    the update keeps the van to the end, as in the print, in this run and in two of five
+    others.
     """
     scene = traffic(0, van)
     clip = runs.clip(scene)
