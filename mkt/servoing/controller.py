@@ -195,7 +195,7 @@ def _has_area(region: ArrayLike) -> bool:
 def _is_gain(gain: law.Gain) -> bool:
     """Whether it is a number from 0 on, or something that is called with an error."""
     if isinstance(gain, Real):
-        return bool(0 <= gain < np.inf)
+        return 0 <= float(gain) < np.inf
     return callable(gain) and not isinstance(gain, type)
 
 
