@@ -7,7 +7,7 @@ import nbformat
 import pytest
 
 from mkt.course.labs import grading, table
-from mkt.course.labs.submissions import submissions
+from mkt.course.labs.submissions import _nothing, submissions
 from tests.course.toy_lab import GOOD, answer, graded, hand_in, meta, rows
 
 # Each starts students' programs; a quick loop leaves them out.
@@ -230,6 +230,11 @@ def test_who_handed_in_nothing_has_a_row_until_there_is_something(toy):
     hand_in(toy / "flat" / "ada_toy.ipynb", answer(**GOOD))
     (toy / "flat" / "old").mkdir()
     assert list(graded(toy / "flat", toy / "flat.csv")) == ["ada"]
+
+
+def test_a_folder_that_cannot_be_read_is_not_called_empty(tmp_path):
+    assert _nothing(tmp_path) == "nothing was handed in"
+    assert _nothing(tmp_path / "gone").startswith("cannot be read: ")
 
 
 def test_a_cell_that_calls_exit_costs_nothing(toy):
