@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from mkt.scenes import questions
+from mkt.scenes import SCENES, questions
 from mkt.scenes.paths import LENGTH
+from mkt.scenes.questions import occlusion
+from tests.trackers.scenes import short
 
 SEEDS = range(4)
 
@@ -34,3 +36,17 @@ def test_the_light_begins_neutral_and_then_changes():
 
 def test_fast_bursts_are_blurred_and_others_hardly():
     assert questions.blur(0).shutter > questions.base(0).shutter
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_scenarios_follow_from_their_arguments(name):
+    assert SCENES[name](3) == SCENES[name](3) != SCENES[name](4)
+    assert short(SCENES[name](0), 2).visibility[0] > 0.7
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_occlusion_is_total(seed):
+    visibility = occlusion(seed).sequence().visibility
+    assert (visibility[46:53] < 0.02).all()
+    assert visibility[20] > 0.7
+    assert visibility[-5:].min() > 0.5

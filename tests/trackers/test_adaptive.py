@@ -4,17 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from mkt.colors import BinImage, ColorBins, JointHSV
+from mkt.colors import ColorBins
 from mkt.evaluation import overlap
 from mkt.histograms import coefficient
 from mkt.papers.nummiaro2003.claims import student, traffic
 from mkt.particles import EllipseMotion, covariance
-from mkt.regions import warp
 from mkt.scenes.layers import Layer
-from mkt.scenes.paths import standing
 from mkt.scenes.rendering import Scene, render
 from mkt.trackers import appearance
 from mkt.trackers.adaptive import (
@@ -26,106 +24,8 @@ from mkt.trackers.adaptive import (
     upright,
 )
 from mkt.trackers.detector import moving
-from mkt.trackers.ellipses import Disc
 from mkt.tracking import track
-from tests.strategies import frames
-
-START, END = (0.0, 110.0, 110.0, 0.0, 1.0), (40.0, 190.0, 130.0, 0.0, 1.2)
-SCENE = Scene(Layer("car", 80.0, (START, END)), "grass", 40)
-ELLIPSES = np.array(
-    [
-        [120.0, 100.0, 0.0, 40.0, 50.0],
-        [160.3, 120.8, 0.0, 45.0, 15.0],
-        [80.5, 140.2, 0.0, 12.0, 48.0],
-        [5.0, 6.0, 0.0, 30.0, 40.0],
-    ]
-)
-
-
-def every_pixel(image, region, elliptic):
-    """(3) and (4) as printed: a sum over all pixels inside the ellipse."""
-    cx, cy, _, hx, hy = region
-    y, x = np.indices(image.shape)
-    r2 = ((x - cx) / hx) ** 2 + ((y - cy) / hy) ** 2
-    inside = r2 <= 1
-    printed = ((x - cx) ** 2 + (y - cy) ** 2) / (hx**2 + hy**2)
-    k = 1 - (r2 if elliptic else printed)
-    p = np.bincount(image.labels[inside], k[inside], image.m)
-    return p / p.sum()
-
-
-@pytest.mark.parametrize("elliptic", [False, True])
-@pytest.mark.parametrize("bins", [ColorBins("rgb"), JointHSV()], ids=["rgb", "hsv"])
-def test_the_fixed_grid_stands_for_all_pixels(bins, elliptic):
-    """The default grid is close, a dense one as good as exact.
-
-    And it is much closer to its own kernel than to the other one.
-    """
-    image = bins(render(replace(SCENE, background="workshop"), 5))
-    fast, dense = (
-        Disc(elliptic, samples).histograms(image, ELLIPSES)
-        for samples in (1200, 30_000)
-    )
-    assert fast.shape == (4, bins.m)
-    assert fast.sum(1) == pytest.approx(1, abs=1e-5)
-    for p, better, region in zip(fast, dense, ELLIPSES, strict=True):
-        exact = every_pixel(image, region, elliptic)
-        other = every_pixel(image, region, not elliptic)
-        assert 1 - coefficient(p, exact) < 0.06
-        assert 1 - coefficient(better, exact) < 2e-3
-        assert np.abs(better - exact).sum() < np.abs(better - other).sum() / 2
-
-
-def one_by_one(image, points, region):
-    """(3) with the printed radius, (4), one sample at a time."""
-    cx, cy, _, hx, hy = region
-    height, width = image.shape
-    p = np.zeros(image.m)
-    for x, y in points * region[3:]:
-        column, row = round(cx + x), round(cy + y)
-        if 0 <= column < width and 0 <= row < height:
-            p[image.labels[row, column]] += 1 - (x**2 + y**2) / (hx**2 + hy**2)
-    return p / p.sum() if p.any() else p
-
-
-def ellipses_of(seed, n=3):
-    """Upright ellipses (n, 5) in and around an image of 64 x 48 pixels."""
-    rng = np.random.default_rng(seed)
-    places = rng.uniform([-30, -30], [94, 78], (n, 2))
-    return np.column_stack([places, np.zeros(n), rng.uniform(0.5, 40, (n, 2))])
-
-
-@settings(max_examples=60)
-@given(frames(), st.integers(0, 2**32 - 1), st.sampled_from([100, 400, 1200]))
-def test_mixed_histograms_have_the_printed_radius(frame, seed, samples):
-    disc, image, regions = Disc(samples=samples), ColorBins()(frame), ellipses_of(seed)
-    points = disc.kernels.points
-    off_border = np.abs(warp(regions, points) % 1 - 0.5)
-    assume(off_border.min() > 5e-5)  # there single and double precision may differ
-    expected = [one_by_one(image, points, region) for region in regions]
-    assert disc.histograms(image, regions) == pytest.approx(
-        np.array(expected), abs=1e-5
-    )
-
-
-@pytest.mark.parametrize(
-    "halves, ends", [((30.0, 30.0), (0.5, 0.5)), ((10.0, 20.0), (0.8, 0.2))]
-)
-def test_the_printed_radius_leaves_weight_on_the_border(halves, ends):
-    """At the ends of both half axes and in the middle."""
-    points = np.array([[1.0, 0], [0, 1], [0, 0]])
-    shares = np.square(halves) / np.sum(np.square(halves))
-    assert shares @ Disc().kernels.weigh(points) == pytest.approx([*ends, 1])
-    elliptic = Disc(elliptic=True).kernels.weigh(points)
-    assert elliptic == pytest.approx(np.array([[0, 0, 1]]))
-
-
-def test_outside_the_image_nothing_is_counted():
-    image = ColorBins("rgb")(render(SCENE, 0))
-    ellipses = np.array([[-200.0, 50, 0, 20, 20], [0.0, 120, 0, 20, 20]])
-    outside, half_inside = Disc().histograms(image, ellipses)
-    assert not outside.any()
-    assert half_inside.sum() == pytest.approx(1, abs=1e-5)
+from tests.trackers.scenes import GROWING
 
 
 def test_the_motion_is_linear_and_keeps_the_aspect():
@@ -137,59 +37,6 @@ def test_the_motion_is_linear_and_keeps_the_aspect():
     shrinking = np.array([[0, 0, 0, 0, 5.0, 5.0, -90.0]])
     smallest = still.predict(shrinking, np.ones(2), rng)
     assert smallest[0, 4:6] == pytest.approx([4, 4])
-
-
-@pytest.mark.parametrize(
-    "sigma, density, printed, relative",
-    [
-        (0.1, 0.970, 0.993, 0.998),
-        (0.158, 0.949, 0.9946, 0.9947),
-        (0.2, 0.936, np.nan, 0.992),
-        (0.5, np.nan, np.nan, 0.947),
-    ],
-)
-def test_what_the_printed_gate_asks_for(sigma, density, printed, relative):
-    rho = equivalent_rho(0.9, sigma)
-    names = ("density", "printed", "relative", "coefficient")
-    expected = [density, printed, relative, 0.9]
-    found = [rho[name] for name in names]
-    assert found == pytest.approx(expected, abs=6e-4, nan_ok=True)
-
-
-def test_the_update_is_gated_and_keeps_the_sum():
-    tracker, image = Adaptive(alpha=0.3), ColorBins("rgb")(render(SCENE, 0))
-    truth = SCENE.sequence().truth[0]
-    model = tracker.learn(render(SCENE, 0), truth)
-    near, far = truth + [4, 3, 0, 0, 0], truth + [60, 60, 0, 0, 0]
-    other, rho = tracker.updated(model, image, near)
-    p = tracker.disc.histograms(image, near[None])[0]
-    assert rho > tracker.rho_min
-    assert other.q == pytest.approx(0.7 * model.q + 0.3 * p, abs=1e-6)
-    assert other.q.sum() == pytest.approx(1, abs=1e-5)
-    assert tracker.updated(model, image, far)[0] is model
-    assert replace(tracker, alpha=0.0).updated(model, image, near)[0] is model
-
-
-def test_the_background_leaves_out_the_target():
-    """On a plain image with one blot, no background ellipse sees the blot."""
-    labels = np.zeros((120, 160), np.uint16)
-    labels[42:58, 72:88] = 7
-    image = BinImage(labels, 512)
-    region = np.array([79.5, 49.5, 0.0, 12.0, 12.0])
-    without, with_it = (
-        appearance.background(Disc(), image, region[3:], where)
-        for where in (region, None)
-    )
-    assert not without[:, 7].any() and with_it[:, 7].any()
-    everything = np.array([80.0, 60.0, 0, 160, 120])
-    with pytest.raises(ValueError, match="no background"):
-        appearance.background(Disc(), image, everything[3:], everything)
-
-
-def test_the_threshold_is_mean_plus_two_spreads():
-    roots = np.sqrt(np.array([[1.0, 0], [0.64, 0.36], [0.36, 0.64]]))
-    limit = appearance.threshold(roots, np.array([1.0, 0.0]))
-    assert limit == pytest.approx(0.8 + 2 * np.std([1, 0.8, 0.6]))
 
 
 def test_samples_are_placed_in_their_zones():
@@ -237,7 +84,7 @@ def upright_overlap(regions, truth):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_by_hand_it_follows_and_repeats_itself(seed):
-    clip = replace(SCENE, seed=seed).sequence()
+    clip = replace(GROWING, seed=seed).sequence()
     first, again = (track(Adaptive(), clip, seed) for _ in range(2))
     assert (first.regions == again.regions).all() and not first.lost.any()
     assert upright_overlap(first.regions, clip.truth).mean() > 0.6
@@ -262,7 +109,7 @@ def test_from_a_known_histogram_it_waits_at_the_borders(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_from_a_detector_it_starts_on_what_moves(seed):
-    clip = replace(SCENE, seed=seed).sequence()
+    clip = replace(GROWING, seed=seed).sequence()
     shown, truth = list(clip.frames), clip.truth
     found = moving(shown[:16])
     assert len(found) == 1 and upright_overlap(found[0], truth[15]) > 0.6
@@ -272,18 +119,10 @@ def test_from_a_detector_it_starts_on_what_moves(seed):
     assert upright_overlap(result.regions, rest.truth).mean() > 0.5
 
 
-def test_nothing_moves_in_a_still_scene():
-    target = Layer("car", 80.0, standing(150, 120))
-    still = replace(SCENE, target=target, length=10).sequence()
-    assert moving(list(still.frames)).shape == (0, 5)
-    with pytest.raises(ValueError, match="at least two"):
-        moving(list(still.frames)[:1])
-
-
 def test_the_modes_follow_the_couple_of_frames_rule():
     tracker = Adaptive(n=100, b=0.1, patience=3)
-    truth = SCENE.sequence().truth[0]
-    state = tracker.init(render(SCENE, 0), truth, np.random.default_rng(0))
+    truth = GROWING.sequence().truth[0]
+    state = tracker.init(render(GROWING, 0), truth, np.random.default_rng(0))
     modes = []
     for positives in (10, 9, 9, 10, 9, 9, 9, 10, 11):
         state = tracker.switched(state, positives)
@@ -346,19 +185,8 @@ def test_a_share_beyond_one_is_refused(field, value):
         Adaptive(**{field: value})
 
 
-@given(st.floats(-3, 3), st.floats(5, 60), st.floats(5, 60))
-def test_the_upright_ellipse_touches_the_box_of_the_turned_one(theta, hx, hy):
-    angle = np.linspace(0, 2 * np.pi, 721)
-    outline = warp(
-        [[100, 90, theta, hx, hy]], np.stack([np.cos(angle), np.sin(angle)], 1)
-    )
-    region = upright(np.array([100, 90, theta, hx, hy]))
-    assert region[:3].tolist() == [100, 90, 0]
-    assert region[3:] == pytest.approx(np.abs(outline[0] - [100, 90]).max(0), rel=1e-3)
-
-
 def test_a_start_by_hand_has_equal_particles_at_rest_and_no_target_behind():
-    tracker, frame = Adaptive(n=20, motion=QUIET), render(SCENE, 0)
+    tracker, frame = Adaptive(n=20, motion=QUIET), render(GROWING, 0)
     state = tracker.init(frame, TURNED, np.random.default_rng(0))
     box = upright(TURNED)
     for particle in state.particles:
@@ -375,7 +203,7 @@ def test_a_start_by_hand_has_equal_particles_at_rest_and_no_target_behind():
 
 
 def test_who_waits_has_particles_of_one_shape_at_rest():
-    tracker, frame = Adaptive(n=50), render(SCENE, 0)
+    tracker, frame = Adaptive(n=50), render(GROWING, 0)
     model = tracker.learn(frame, TURNED)
     state = tracker.expect(frame, model, np.random.default_rng(0))
     x, y, vx, vy, hx, hy, va = state.particles.T
@@ -397,10 +225,10 @@ def test_two_weights_have_the_printed_ratio(sigma, first, second):
 
 def test_while_waiting_only_what_appears_has_weight():
     tracker = Adaptive(n=60, zones=("anywhere",), b=0.0)
-    model = tracker.learn(render(SCENE, 20), SCENE.sequence().truth[20])
-    before = tracker.expect(render(SCENE, 20), model, np.random.default_rng(0))
-    after, info = tracker.step(before, render(SCENE, 20), np.random.default_rng(1))
-    image = tracker.bins(render(SCENE, 20))
+    model = tracker.learn(render(GROWING, 20), GROWING.sequence().truth[20])
+    before = tracker.expect(render(GROWING, 20), model, np.random.default_rng(0))
+    after, info = tracker.step(before, render(GROWING, 20), np.random.default_rng(1))
+    image = tracker.bins(render(GROWING, 20))
     rho = tracker.observe(image, after.particles, model)
     np.testing.assert_array_equal(after.weights > 0, rho > before.limit)
     assert 0 < info["positives"] < 60 and info["mode"] == TRACKING
@@ -409,9 +237,9 @@ def test_while_waiting_only_what_appears_has_weight():
 
 def one_step(tracker):
     """The state before and after a frame of tracking, and the info."""
-    truth, rng = SCENE.sequence().truth[0], np.random.default_rng(0)
-    before = tracker.init(render(SCENE, 0), truth, rng)
-    after, info = tracker.step(before, render(SCENE, 1), rng)
+    truth, rng = GROWING.sequence().truth[0], np.random.default_rng(0)
+    before = tracker.init(render(GROWING, 0), truth, rng)
+    after, info = tracker.step(before, render(GROWING, 1), rng)
     return before, after, info
 
 
@@ -433,7 +261,7 @@ def test_what_is_not_learnt_leaves_model_and_limit():
 def test_the_report_of_a_frame_is_that_of_its_mean_state():
     tracker = Adaptive(n=40, alpha=0.0)
     _, after, info = one_step(tracker)
-    image = tracker.bins(render(SCENE, 1))
+    image = tracker.bins(render(GROWING, 1))
     p = tracker.disc.histograms(image, info["region"][None])[0]
     rho = float(coefficient(p, after.model.q))
     assert info["rho"] == pytest.approx(rho, abs=1e-6) and 0.5 < rho < 1
@@ -449,49 +277,12 @@ def test_the_report_of_a_frame_is_that_of_its_mean_state():
 
 def test_who_waits_reports_that_nothing_is_seen():
     tracker = Adaptive(n=40, zones=("borders",), b=1.0)
-    model = tracker.learn(render(SCENE, 0), SCENE.sequence().truth[0])
-    state = tracker.expect(render(SCENE, 0), model, np.random.default_rng(0))
-    after, info = tracker.step(state, render(SCENE, 1), np.random.default_rng(1))
+    model = tracker.learn(render(GROWING, 0), GROWING.sequence().truth[0])
+    state = tracker.expect(render(GROWING, 0), model, np.random.default_rng(0))
+    after, info = tracker.step(state, render(GROWING, 1), np.random.default_rng(1))
     assert info["lost"] and info["distance"] == 1 and np.isnan(info["rho"])
     assert info["updated"] is False and info["mode"] == INITIALISING
     assert after.missing == 0 and after.limit == state.limit
-
-
-@pytest.mark.parametrize("half_axes", [(20.0, 10.0), (0.5, 30.0)])
-def test_the_background_is_looked_at_on_a_grid_of_its_own_size(half_axes):
-    """From the first pixel on, every so many half axes, and not closer than a pixel."""
-    image = BinImage(np.zeros((60, 80), np.uint8), 3)
-    looked = []
-
-    class Watching(Disc):
-        def histograms(self, image, regions):
-            looked.append(regions)
-            return super().histograms(image, regions)
-
-    appearance.background(Watching(), image, np.array(half_axes))
-    columns, rows = (np.unique(looked[0][:, k]) for k in (0, 1))
-    for places, side, half in zip((columns, rows), (80, 60), half_axes, strict=True):
-        between = max(appearance.EVERY * half, 1)
-        np.testing.assert_allclose(places, np.arange(0, side, between))
-    assert len(looked[0]) == len(columns) * len(rows)
-    assert (looked[0][:, 2:] == (0, *half_axes)).all()
-
-
-def test_the_background_begins_where_two_ellipses_touch():
-    """Half axes 20 and 10 round a target of 30 and 20: 50 along x and 30 along y."""
-    image = BinImage(np.zeros((240, 320), np.uint8), 3)
-    target, halves = np.array([160.0, 120.0, 0, 30.0, 20.0]), np.array([20.0, 10.0])
-    looked = []
-
-    class Watching(Disc):
-        def histograms(self, image, regions):
-            looked.append(regions)
-            return super().histograms(image, regions)
-
-    appearance.background(Watching(), image, halves, target)
-    off = (looked[0][:, :2] - target[:2]) / (50, 30)
-    r = np.hypot(*off.T)
-    assert 1 < r.min() < 1.2
 
 
 def test_samples_along_the_borders_lie_in_a_band_of_the_target_s_own_width():
@@ -516,32 +307,32 @@ def test_samples_anywhere_are_on_the_image():
     assert places.min(0) == pytest.approx([0, 0], abs=0.01)
 
 
-# What moves.
-def blots(*boxes, frames=12):
-    """Still frames of grey with noise; in the last one squares stand somewhere."""
-    rng = np.random.default_rng(0)
-    shown = [rng.normal(120, 2, (90, 120, 3)) for _ in range(frames)]
-    for x, y, w, h in boxes:
-        shown[-1][y : y + h, x : x + w] = 250
-    return [np.clip(frame, 0, 255).astype(np.uint8) for frame in shown]
+@pytest.mark.parametrize(
+    "sigma, density, printed, relative",
+    [
+        (0.1, 0.970, 0.993, 0.998),
+        (0.158, 0.949, 0.9946, 0.9947),
+        (0.2, 0.936, np.nan, 0.992),
+        (0.5, np.nan, np.nan, 0.947),
+    ],
+)
+def test_what_the_printed_gate_asks_for(sigma, density, printed, relative):
+    rho = equivalent_rho(0.9, sigma)
+    names = ("density", "printed", "relative", "coefficient")
+    expected = [density, printed, relative, 0.9]
+    found = [rho[name] for name in names]
+    assert found == pytest.approx(expected, abs=6e-4, nan_ok=True)
 
 
-def test_what_moves_is_listed_the_largest_first():
-    found = moving(blots((10, 10, 14, 14), (60, 40, 30, 24)))
-    assert found.shape == (2, 5)
-    np.testing.assert_allclose(found[0], (74.5, 51.5, 0, 15, 12), atol=1)
-    np.testing.assert_allclose(found[1], (16.5, 16.5, 0, 7, 7), atol=1)
-
-
-def test_two_frames_suffice_and_small_parts_are_noise():
-    frames = blots((60, 40, 30, 24), frames=2)
-    assert len(moving(frames)) == 1
-    (found,) = moving(frames)
-    area = round(4 * found[3] * found[4])
-    assert len(moving(frames, smallest=area - 60)) == 1
-    assert len(moving(frames, smallest=area + 1)) == 0
-
-
-def test_specks_are_removed_and_parts_of_one_object_are_joined():
-    frames = blots((20, 20, 1, 60), (60, 40, 12, 24), (75, 40, 12, 24))
-    assert len(moving(frames, smallest=20)) == 1
+def test_the_update_is_gated_and_keeps_the_sum():
+    tracker, image = Adaptive(alpha=0.3), ColorBins("rgb")(render(GROWING, 0))
+    truth = GROWING.sequence().truth[0]
+    model = tracker.learn(render(GROWING, 0), truth)
+    near, far = truth + [4, 3, 0, 0, 0], truth + [60, 60, 0, 0, 0]
+    other, rho = tracker.updated(model, image, near)
+    p = tracker.disc.histograms(image, near[None])[0]
+    assert rho > tracker.rho_min
+    assert other.q == pytest.approx(0.7 * model.q + 0.3 * p, abs=1e-6)
+    assert other.q.sum() == pytest.approx(1, abs=1e-5)
+    assert tracker.updated(model, image, far)[0] is model
+    assert replace(tracker, alpha=0.0).updated(model, image, near)[0] is model

@@ -4,75 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from mkt.colors import ColorBins
 from mkt.evaluation import overlap
-from mkt.histograms import counts, learn
-from mkt.kernels import Kernels
 from mkt.particles import covariance, effective_sample_size
 from mkt.regions import THETA, displaced
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
-from mkt.trackers.close_up import close_up
-from mkt.trackers.gains import BOUNDS, first_light, followed, relit
+from mkt.trackers.gains import relit
 from mkt.trackers.guided import FULL_GRID, Guided, Optimum, _surprise
 from mkt.trackers.newton import minimise
+from tests.trackers.scenes import STANDING
 
-BINS = ColorBins()
-CAR = Layer("car", 80.0, ((0.0, 159.5, 119.5, 0.2, 1.0),))
-SPECIFICATION = Scene(CAR, length=30)
-FRAME = SPECIFICATION.sequence().frames[0]
-
-
-def begin(scene=SPECIFICATION):
-    clip = scene.sequence()
-    frame, region = clip.frames[0], clip.truth[0]
-    target = learn(BINS(frame), region, Kernels("3x3"))
-    return clip, first_light(target, BINS, frame, region)
-
-
-def follow_on_the_truth(clip, light):
-    for frame, region in zip(clip.frames, clip.truth, strict=True):
-        light = followed(light, frame, region)
-    return light
-
-
-@given(st.integers(0, 255), st.floats(0.3, 3))
-def test_a_gain_is_divided_out(value, gain):
-    pixels = np.full((1, 1, 3), value, np.uint8)
-    assert (relit(pixels, np.ones(3)) == value).all()
-    relit_value = int(relit(pixels, np.full(3, gain))[0, 0, 0])
-    assert abs(relit_value - min(value / gain, 255)) <= 1
-
-
-@pytest.mark.parametrize("gains", [(0.6, 0.6, 0.6), (0.75, 0.9, 1.1)])
-def test_finds_the_gains_of_a_new_light(gains):
-    """Within 7 % after 29 frames under another light, at the true place."""
-    change = ((0.0, 1.0, 1.0, 1.0), (1.0, *gains))
-    light = follow_on_the_truth(*begin(replace(SPECIFICATION, light=change)))
-    assert np.abs(np.log(light.gains / gains)).max() < 0.07
-
-
-def test_stays_when_the_light_stays():
-    light = follow_on_the_truth(*begin())
-    assert np.abs(np.log(light.gains)).max() < 0.05
-
-
-def test_does_not_take_the_background_for_the_object():
-    """Beside the object no gains make the background look like it.
-
-    The reference stays, and the likeness there stays low.
-    """
-    clip, light = begin()
-    beside = displaced(clip.truth[0], 100, 60)
-    for frame in clip.frames:
-        light = followed(light, frame, beside)
-    image = BINS(relit(clip.frames[0], light.gains))
-    there, here = light.target.distances(image, np.stack([beside, clip.truth[0]]))
-    assert (light.gains >= BOUNDS[0]).all() and (light.gains <= BOUNDS[1]).all()
-    assert here < there
+FRAME = STANDING.sequence().frames[0]
 
 
 def steps(tracker, scene, seed=0):
@@ -88,7 +31,7 @@ def steps(tracker, scene, seed=0):
 def behind_gravel():
     wall = ((0.0, -1840.0, 120.0, 0.0, 1.0), (20.0, 1160.0, 120.0, 0.0, 1.0))
     front = (Layer("gravel", 900.0, wall),)
-    return replace(SPECIFICATION, length=14, front=front, shutter=0.0)
+    return replace(STANDING, length=14, front=front, shutter=0.0)
 
 
 def test_the_distance_is_that_of_the_region_under_the_last_fine_kernels():
@@ -105,14 +48,14 @@ def test_the_distance_is_that_of_the_region_under_the_last_fine_kernels():
 def test_particles_that_are_reported_are_those_that_were_weighed():
     """Those that begin anew at the estimate do so after the report."""
     tracker = Guided(n=50, renewed=1.0)
-    for _, _, after, info in steps(tracker, replace(SPECIFICATION, length=3)):
+    for _, _, after, info in steps(tracker, replace(STANDING, length=3)):
         assert (after.particles.regions == after.region).all()
         assert np.ptp(info["particles"][:, 0]) > 1
 
 
 def test_the_cost_is_in_regions_looked_at_with_the_full_grid():
     tracker = Guided(n=50)
-    for _, _, after, info in steps(tracker, replace(SPECIFICATION, length=4)):
+    for _, _, after, info in steps(tracker, replace(STANDING, length=4)):
         coarse, closest = after.coarse.kernels, after.fine.kernels
         samples = 50 * len(coarse.points) + info["steps"] * len(closest.points)
         assert info["evaluations"] == pytest.approx(samples / FULL_GRID)
@@ -121,14 +64,14 @@ def test_the_cost_is_in_regions_looked_at_with_the_full_grid():
 @pytest.mark.parametrize("hidden_above, hidden", [(2.0, False), (-1.0, True)])
 def test_while_it_is_hidden_no_particle_comes_back(hidden_above, hidden):
     tracker = Guided(n=50, renewed=1.0, hidden_above=hidden_above)
-    for _, _, after, _ in steps(tracker, replace(SPECIFICATION, length=4)):
+    for _, _, after, _ in steps(tracker, replace(STANDING, length=4)):
         anew = (after.particles.regions == after.region).all()
         assert anew == (not hidden)
 
 
 @pytest.mark.parametrize("lost_above, lost", [(2.0, False), (-1.0, True)])
 def test_the_flag_is_a_threshold_that_changes_nothing_else(lost_above, lost):
-    scene = replace(SPECIFICATION, length=4)
+    scene = replace(STANDING, length=4)
     flagged = steps(Guided(n=50, lost_above=lost_above), scene)
     for (*_, info), (*_, usual) in zip(
         flagged, steps(Guided(n=50), scene), strict=True
@@ -190,7 +133,7 @@ def test_a_target_seen_beyond_doubt_is_taken_wherever_it_is(sure, back):
 
     Half of the crowd is with it, half at the target.
     """
-    tracker, clip = Guided(n=50, sure=sure), SPECIFICATION.sequence()
+    tracker, clip = Guided(n=50, sure=sure), STANDING.sequence()
     rng = np.random.default_rng(0)
     state = tracker.init(clip.frames[0], clip.truth[0], rng)
     beside = displaced(clip.truth[0], 90, 50)
@@ -242,30 +185,10 @@ def test_what_is_far_off_is_looked_at_on_a_scale_that_fits():
         assert overlap(info["region"], each.sequence().truth[-1]) > 0.93
 
 
-@given(
-    st.tuples(st.floats(-300, 600), st.floats(-300, 600)),
-    st.floats(2, 300),
-    st.integers(1, 9),
-)
-def test_a_close_up_shows_what_the_whole_frame_does(place, size, pitch):
-    """At its scale, but for samples on the border of two pixels, which may round.
-
-    At any other, wherever it lies, without an error.
-    """
-    region = np.array([[*place, 0.2, size, size]])
-    image = close_up(BINS, FRAME, np.ones(3), region, pitch)
-    kernels = Kernels("tiles", "uniform", aspect=1.0)
-    assert np.isfinite(counts(image, kernels, region)).all()
-    if pitch == 1:
-        whole = counts(BINS(FRAME), kernels, region)
-        differing = np.abs(counts(image, kernels, region) - whole).sum()
-        assert differing < 0.02 * len(kernels.points)
-
-
 # The decisions of a frame, with ends of the optimiser that are given.
 def far(share):
     """A region that is off the car by a share of its size."""
-    region = SPECIFICATION.sequence().truth[0]
+    region = STANDING.sequence().truth[0]
     return displaced(region, share * np.sqrt(region[3] * region[4]), 0)
 
 
@@ -431,7 +354,7 @@ def test_it_starts_where_particles_are_alike_and_near():
 
 
 def test_what_is_reported_of_the_particles_follows_from_their_likeness():
-    for before, frame, _, info in steps(Guided(n=50), replace(SPECIFICATION, length=3)):
+    for before, frame, _, info in steps(Guided(n=50), replace(STANDING, length=3)):
         image = Guided().bins(relit(frame, before.light.gains))
         rho = before.coarse.coefficients(image, info["particles"]).mean(-1)
         np.testing.assert_allclose(info["weights"], rho / rho.sum(), rtol=1e-4)
@@ -471,7 +394,7 @@ def test_surprise_is_in_half_sides_of_the_target():
 
 def test_frames_in_doubt_are_counted_and_light_is_followed_in_others():
     change = ((0.0, 1.0, 1.0, 1.0), (1.0, 0.8, 0.8, 0.8))
-    scene = replace(SPECIFICATION, light=change, length=4)
+    scene = replace(STANDING, light=change, length=4)
     *_, (_, _, doubting, _) = steps(Guided(n=50, doubtful=-1.0, found=-1.0), scene)
     *_, (_, _, sure, _) = steps(Guided(n=50, doubtful=2.0, found=2.0), scene)
     assert (doubting.missed, sure.missed) == (3, 0)
@@ -508,64 +431,3 @@ def test_the_name_of_a_layout_is_refused(field):
 def test_without_particles_or_steps_it_is_refused(field):
     with pytest.raises(ValueError, match=field):
         Guided(**{field: 0})
-
-
-# Close-ups on a smaller scale.
-def halves(border, axis):
-    """A frame that is red before a border along an axis, and blue from there on."""
-    frame = np.zeros((240, 320, 3), np.uint8)
-    places = np.indices(frame.shape[:2])[axis]
-    frame[..., 0], frame[..., 2] = 255 * (places < border), 255 * (places >= border)
-    return frame
-
-
-@pytest.mark.parametrize("axis", [0, 1])
-@pytest.mark.parametrize("pitch", [1, 2, 3, 5])
-def test_a_close_up_knows_where_it_lies(axis, pitch):
-    """A border of colours is found where it is in the frame, to a pixel of its own."""
-    frame = halves(117, axis)
-    region = np.array([[150.0, 115.0, 0.3, 24.0, 18.0]])
-    image = close_up(BINS, frame, np.ones(3), region, pitch)
-    labels = image.labels if axis else image.labels.T
-    red, *_, blue = BINS(frame).labels.ravel()
-    first = int(np.argmax(labels[0] == blue))
-    assert labels[0, 0] == red and first > 0
-    middle = image.origin[1 - axis] + pitch * first  # of the first pixel that is blue
-    assert image.pitch == pitch and abs(middle - 117) <= pitch
-    assert image.origin[axis] % 1 == (pitch - 1) / 2 % 1
-
-
-@given(
-    st.floats(30, 290), st.floats(30, 210), st.floats(4, 40), st.sampled_from([1, 3])
-)
-def test_a_close_up_has_room_for_an_optimiser_and_no_more(x, y, half, pitch):
-    """Once the largest size all round, and a little; cut at the frame."""
-    region = np.array([[x, y, 0.0, half, half / 2]])
-    image = close_up(BINS, FRAME, np.ones(3), region, pitch)
-    reach = np.hypot(half, half / 2) + np.sqrt(half * half / 2)
-    for k, (centre, side) in enumerate(((x, 320), (y, 240))):
-        first = image.origin[k] - (pitch - 1) / 2
-        last = first + pitch * image.shape[1 - k]
-        assert 0 <= first and last <= side
-        assert first <= max(centre - reach, 0)
-        assert last >= min(centre + reach, side) - pitch
-        assert first >= centre - reach - 2 * pitch - 1 or first == 0
-        assert last <= centre + reach + 2 * pitch + 1
-
-
-def test_several_regions_and_none_that_is_finite():
-    two = np.array([[100.0, 100, 0, 10, 10], [200.0, 150, 0, 20, 20], [np.nan] * 5])
-    image = close_up(BINS, FRAME, np.ones(3), two, 1)
-    first, last = image.origin, np.array(image.origin) + image.shape[::-1]
-    assert first[0] < 100 - 14 - 20 and last[0] > 200 + 28 + 20
-    assert first[1] < 100 - 14 - 20 and last[1] > 150 + 28 + 20
-    assert close_up(BINS, FRAME, np.ones(3), two[2:], 1).shape == (240, 320)
-
-
-@pytest.mark.parametrize("place", [(-500.0, 120.0), (900.0, 120.0), (160.0, -400.0)])
-@pytest.mark.parametrize("pitch", [1, 4])
-def test_of_a_region_far_outside_some_pixels_of_the_border_are_left(place, pitch):
-    region = np.array([[*place, 0.0, 20.0, 20.0]])
-    image = close_up(BINS, FRAME, np.ones(3), region, pitch)
-    assert min(image.shape) >= 1 and min(image.origin) >= 0
-    assert image.origin[0] + pitch * image.shape[1] <= 320 + pitch

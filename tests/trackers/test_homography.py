@@ -1,23 +1,18 @@
 """SSD on homographies: derivatives, the similarity as an oracle, cards in space."""
 
-from dataclasses import replace
-
-import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from mkt.colors import ColorBins, Joined
 from mkt.edges import EdgeBins
 from mkt.histograms import distance, learn
 from mkt.homographies import corner_error, moved, of_regions, through
 from mkt.kernels import Kernels
-from mkt.regions import displaced, from_box
+from mkt.regions import displaced
 from mkt.scenes.cards import card
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene, homographies
-from mkt.trackers import homography, homography_esm, newton
+from mkt.trackers import homography, newton
 from mkt.trackers.homography import (
     NEARLY,
     SHORT,
@@ -31,7 +26,7 @@ from mkt.trackers.homography import (
     step_from,
 )
 from mkt.trackers.homography_combined import PlaneCombined
-from mkt.trackers.homography_esm import PlaneESM, esm_step
+from mkt.trackers.homography_esm import PlaneESM
 from mkt.tracking import track
 
 HALF_SIDES = np.array([1.25, 0.8])
@@ -213,100 +208,6 @@ def test_what_cannot_be_is_refused(make, said):
         make()
 
 
-# The pixel-based rival.
-def facing_and_later(seed, k=45):
-    """Two frames of a card, its region in the first, its homography in the second."""
-    scene = replace(card("base", seed), noise=0.0, shutter=0.0)
-    clip = scene.sequence()
-    truth = homographies(scene, scene.target, float(k))
-    return clip.frames[0], clip.frames[k], clip.truth[0].copy(), truth
-
-
-def by_ecc(frame, later, region, start):
-    """OpenCV's alignment, both frames smoothed first; the homography (3, 3)."""
-    grey = [
-        cv2.cvtColor(f, cv2.COLOR_RGB2GRAY).astype(np.float32) for f in (frame, later)
-    ]
-    before, after = (cv2.GaussianBlur(g, (5, 5), 0) for g in grey)
-    size = np.round(2 * region[3:]).astype(int)
-    from_square = of_regions(from_box([0, 0, *size]))
-    to_image = of_regions(region) @ np.linalg.inv(from_square)
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    picture = cv2.warpPerspective(before, to_image, size, flags=flags)
-    way = (start @ np.linalg.inv(from_square)).astype(np.float32)
-    ends = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-7)
-    motion, everywhere = cv2.MOTION_HOMOGRAPHY, np.full(after.shape, 255, np.uint8)
-    way = way / way[2, 2]
-    found = cv2.findTransformECC(picture, after, way, motion, ends, everywhere, 1)[1]
-    return found @ from_square
-
-
-@pytest.mark.parametrize("seed", [0, 1, 2, 5])
-def test_esm_ends_where_opencvs_alignment_ends(seed):
-    """Inside the border, where blur brings no background, both end at the truth."""
-    frame, later, region, truth = facing_and_later(seed)
-    region[3:], truth[:, :2] = 0.9 * region[3:], 0.9 * truth[:, :2]
-    tracker = PlaneESM(blurs=(5,))
-    state = tracker.init(frame, region, np.random.default_rng(0))
-    found, correlation = tracker.refine(state, later, truth)
-    oracle = by_ecc(frame, later, region, truth)
-    assert corner_error(found, oracle) < 0.05 and correlation > 0.98
-    assert corner_error(found, truth) < 0.15
-
-
-@settings(max_examples=25)
-@given(
-    x=st.tuples(*[st.floats(-0.03, 0.03)] * 6, *[st.floats(-0.02, 0.02)] * 2),
-)
-def test_a_step_of_esm_leaves_a_small_part_of_a_small_displacement(x):
-    """It is exact to second order: of a pixel or two, less than a sixth is left."""
-    picture, sides = waves(np.eye(3)), np.array([1.25, 0.8])
-    seen = waves(moved(np.eye(3), -np.array(x), sides))
-    left = esm_step(picture, seen)[0] - np.array(x)
-    assert np.abs(left).max() < 0.15 * np.abs(x).max() + 1e-3
-
-
-def waves(homography):
-    """A smooth picture (80, 125) of the canonical square under a homography."""
-    x, y = np.meshgrid(np.arange(125), np.arange(80))
-    grid = np.column_stack([(x.ravel() - 62) / 62.5, (y.ravel() - 39.5) / 40])
-    u, v = through(homography, grid).T
-    waves = np.sin(5 * u) + np.cos(4 * v + 1) + np.sin(3 * u * v + u + 2 * v)
-    return (100 + 40 * waves).reshape(80, 125).astype(np.float32)
-
-
-def test_esm_does_not_mind_the_light():
-    frame, later, region, truth = facing_and_later(3)
-    tracker = PlaneESM()
-    state = tracker.init(frame, region, np.random.default_rng(0))
-    found, _ = tracker.refine(state, later, truth)
-    darker = np.round(20 + 0.6 * later).astype(np.uint8)
-    assert corner_error(tracker.refine(state, darker, truth)[0], found) < 0.05
-
-
-def test_esm_begins_again_where_it_runs_away():
-    frame, later, region, truth = facing_and_later(3)
-    tracker = PlaneESM()
-    state = tracker.init(frame, region, np.random.default_rng(0))
-    far = of_regions([300.0, 20.0, 0, 20.0, 16.0])
-    noise = np.random.default_rng(1).integers(0, 256, later.shape, dtype=np.uint8)
-    found, correlation = tracker.refine(state, noise, far)
-    np.testing.assert_array_equal(found, far)
-    assert correlation == 0
-
-
-def test_what_lies_outside_the_frame_does_not_pull():
-    """A card that leaves the image is aligned by what is left of it."""
-    way = ((0.0, 160.0, 120.0, 0.0, 1.0), (10.0, 300.0, 120.0, 0.2, 1.0))
-    scene = Scene(Layer("cat", 100.0, way), "tissue", 11)
-    clip, truth = scene.sequence(), homographies(scene, scene.target, 10.0)
-    tracker = PlaneESM(blurs=(5,))
-    state = tracker.init(clip.frames[0], clip.truth[0], np.random.default_rng(0))
-    start = moved(truth, np.array([0.02, -0.02, 0.02, 0.02]), np.ones(2))
-    found, _ = tracker.refine(state, clip.frames[10], start)
-    assert corner_error(found, truth) < 0.5
-
-
 # What kernels feel, what a camera could see, and what is reported.
 def test_the_jacobian_of_a_similarity_is_that_of_the_root_of_the_mean_distance():
     """By the optimiser of chapter 4: d sqrt(q) over the root of the kernels."""
@@ -402,136 +303,3 @@ def test_a_step_trusts_each_kernel_of_a_plane_by_its_likeness():
         step_from(target, image, here, "affine"), expected, rtol=1e-4, atol=1e-7
     )
     assert not np.allclose(expected, newton.newton_step(q, dq, target.q), rtol=1e-2)
-
-
-def test_a_combination_on_planes_reports_its_particles_and_all_looks():
-    clip = card("base", 2).sequence()
-    tracker, rng = PlaneCombined(n=30), np.random.default_rng(0)
-    state = tracker.init(clip.frames[0], clip.truth[0], rng)
-    _, info = tracker.step(state, clip.frames[1], rng)
-    assert 1 <= info["n_eff"] <= 30 and info["steps"] >= 2
-    assert info["particles"].shape == (30, 5)
-    assert info["weights"].sum() == pytest.approx(1)
-    off = np.abs(info["weights"] @ info["particles"][:, :2] - info["region"][:2])
-    assert off.max() < 3 * np.sqrt(np.diag(info["covariance"])[:2].max())
-    assert not info["lost"] and np.asarray(info["lost"]).dtype == bool
-    assert info["evaluations"] == 30 + 1 + info["steps"]
-    hidden = np.full_like(clip.frames[1], 128)
-    _, info = tracker.step(state, hidden, rng)
-    assert info["lost"] and info["steps"] == 0 and info["evaluations"] == 31
-
-
-def test_particles_of_a_plane_lie_round_the_new_estimate():
-    clip, rng = card("base", 2).sequence(), np.random.default_rng(0)
-    tracker = PlaneCombined(n=300, spread=(0.4, 0.01))
-    state = tracker.init(clip.frames[0], clip.truth[0], rng)
-    beside = moved(
-        state.ssd.homography, np.array([0.3, 0]), state.target.kernels.half_sides
-    )
-    state = state._replace(ssd=state.ssd._replace(homography=beside))
-    after, _ = tracker.step(state, clip.frames[0], rng)
-    assert abs(after.offsets[:, 0].mean()) < 0.1
-
-
-@pytest.mark.parametrize("length", [1, 8])
-def test_a_combination_on_planes_scatters_over_one_to_eight_parameters(length):
-    tracker = PlaneCombined(n=5, spread=(0.1,) * length)
-    clip = card("base", 2).sequence()
-    state = tracker.init(clip.frames[0], clip.truth[0], np.random.default_rng(0))
-    assert state.offsets.shape == (5, length)
-    with pytest.raises(ValueError, match="spread"):
-        PlaneCombined(spread=(0.1,) * 9)
-    with pytest.raises(ValueError, match="n"):
-        PlaneCombined(n=0)
-
-
-@pytest.mark.parametrize("allowed, taken", [(3, 3), (9, 5)])
-def test_esm_bounds_and_counts_its_steps_in_object_units(allowed, taken, monkeypatch):
-    """Of each pass; one is over after a step that is short, here the fifth."""
-    calls = []
-
-    def given(picture, seen):
-        calls.append(picture.shape)
-        size = 1e-4 if len(calls) % 5 == 0 else 1.0
-        return size * np.array([0.6, -0.7, 0.1, 0.02, 0, 0, 0, 0]), 0.25
-
-    monkeypatch.setattr(homography_esm, "esm_step", given)
-    clip = card("base", 3).sequence()
-    tracker = PlaneESM(iterations=allowed, blurs=(5,))
-    region = np.array([90.0, 80.0, 0.0, 20.0, 12.0])
-    state = tracker.init(clip.frames[0], region, np.random.default_rng(0))
-    found, correlation = tracker.refine(state, clip.frames[0], state.first)
-    sides, place = np.sqrt([20 / 12, 12 / 20]), state.first
-    for k in range(taken):
-        small = 1e-4 if k == 4 else 1.0
-        step = np.clip(small * np.array([0.6, -0.7, 0.1, 0.02]), -0.5, 0.5)
-        place = moved(place, step, sides)
-    np.testing.assert_allclose(found, place)
-    assert calls == [(24, 40)] * taken and correlation == 0.25
-
-
-def test_esm_says_how_alike_the_pictures_are():
-    clip = card("base", 3).sequence()
-    tracker, rng = PlaneESM(), np.random.default_rng(0)
-    state = tracker.init(clip.frames[0], clip.truth[0], rng)
-    _, correlation = tracker.refine(state, clip.frames[4], state.first)
-    after, info = tracker.step(state, clip.frames[4], rng)
-    assert 0.9 < correlation < 1 and not info["lost"] and info["evaluations"] == 1
-    assert info["distance"] == pytest.approx(np.sqrt(1 - correlation))
-    np.testing.assert_array_equal(after.homography, info["homography"])
-
-
-def test_the_likeness_of_a_card_half_outside_is_that_of_the_other_half():
-    picture = waves(np.eye(3))
-    seen = picture.copy()
-    seen[:, :60] = np.nan
-    step, correlation = esm_step(picture, seen)
-    assert correlation == pytest.approx(1, abs=1e-5) and np.abs(step).max() < 1e-5
-    shifted = waves(moved(np.eye(3), np.array([-0.02]), HALF_SIDES))
-    shifted[:, :60] = np.nan
-    assert esm_step(picture, shifted)[0][0] == pytest.approx(0.02, abs=0.005)
-
-
-def test_a_small_object_is_kept_at_no_less_than_eight_pixels():
-    clip = card("base", 3).sequence()
-    region = np.array([90.0, 80.0, 0.0, 3.0, 2.0])
-    state = PlaneESM(blurs=(1,)).init(clip.frames[0], region, np.random.default_rng(0))
-    assert [picture.shape for picture in state.pictures] == [(8, 8)]
-    with pytest.raises(ValueError, match="iterations"):
-        PlaneESM(iterations=0)
-
-
-def test_esm_steps_in_the_plane_of_its_picture_whatever_the_region_is():
-    """A sliver is kept as 8 px high: its plane is that of the picture, not its own."""
-    clip = card("base", 3).sequence()
-    x, y = clip.truth[0][:2]
-    region = np.array([x, y, 0.0, 24.0, 3.0])
-    tracker = PlaneESM(blurs=(1,), iterations=1)
-    state = tracker.init(clip.frames[0], region, np.random.default_rng(0))
-    (picture,) = state.pictures
-    assert picture.shape == (8, 48)
-    start = state.first + np.array([[0, 0, 0.4], [0, 0, 0.2], [0, 0, 0]])
-    (grey,) = tracker._smoothed(clip.frames[0])
-    step, _ = esm_step(picture, homography_esm.facing(grey, start, picture))
-    found, _ = tracker.refine(state, clip.frames[0], start)
-    by_hand = moved(start, np.clip(step, -0.5, 0.5), np.sqrt([48 / 8, 8 / 48]))
-    np.testing.assert_allclose(found, by_hand)
-
-
-@pytest.mark.parametrize("seed", range(500, 508))
-def test_esm_says_no_distance_to_what_it_has_just_learnt(seed):
-    clip = card("base", seed).sequence()
-    tracker, rng = PlaneESM(), np.random.default_rng(0)
-    state = tracker.init(clip.frames[0], clip.truth[0], rng)
-    _, info = tracker.step(state, clip.frames[0], rng)
-    assert 0 <= info["distance"] < 0.1
-
-
-@pytest.mark.parametrize(
-    "region",
-    [(1000, 1000, 0, 20, 20), (50, 50, 0, 40_000, 40_000), (160, 120, 0, 1e9, 1e-3)],
-)
-def test_esm_refuses_what_it_hardly_sees(region):
-    frame = card("base", 0).sequence().frames[0]
-    with pytest.raises(ValueError, match="most of the region .* outside the image"):
-        PlaneESM().init(frame, np.array(region, float), None)

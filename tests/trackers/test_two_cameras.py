@@ -1,21 +1,12 @@
-"""The filters of the four wishes: each is its parent where its wish is switched off."""
+"""Two filters that tell each other what they see: what is said, heard and sent."""
 
 import cv2
 import numpy as np
 import pytest
 
-from mkt.colors import ColorBins, JointHSV
-from mkt.histograms import learn, log_likelihood
-from mkt.kernels import Kernels
-from mkt.neighbours import MEASURES, SoftBins
-from mkt.particles import Particles, mean_region, normalised
-from mkt.regions import displaced
+from mkt.histograms import log_likelihood
+from mkt.particles import mean_region, normalised
 from mkt.scenes.two_cameras import FRAMES, TwoViews, homographies, seen
-from mkt.scenes.varied import Varied
-from mkt.silhouettes import SIDE
-from mkt.trackers.neighbours import CrossBin
-from mkt.trackers.particle_filter import ParticleFilter
-from mkt.trackers.shaped import Shaped
 from mkt.trackers.two_cameras import (
     BYTES,
     FLOOR,
@@ -25,91 +16,6 @@ from mkt.trackers.two_cameras import (
     heard,
     on_ground,
 )
-from mkt.tracking import track
-
-CLIP = Varied("calm", 3).sequence()
-SHORT = CLIP.part(slice(12))
-
-
-def test_without_neighbours_it_is_the_particle_filter():
-    plain = track(ParticleFilter(n=40), SHORT, 1)
-    cross = track(CrossBin(n=40, measure="bhattacharyya"), SHORT, 1)
-    assert np.allclose(plain.regions, cross.regions, atol=1e-3)
-
-
-def test_without_neighbours_kernels_are_combined_as_in_the_particle_filter():
-    image, particles = first_look()
-    target = learn(image, CLIP.truth[0], ParticleFilter().kernels)
-    for combine in ("sum", "mean"):
-        plain, cross = (
-            each.weigh(target, image, particles)
-            for each in (
-                ParticleFilter(combine=combine),
-                CrossBin(combine=combine, measure="bhattacharyya"),
-            )
-        )
-        assert np.allclose(plain, cross)
-
-
-def first_look():
-    """The first frame, and particles of which the last is beside the image."""
-    regions = CLIP.truth[0] + np.array([[0.0] * 5, [9, 0, 0, 0, 0], [900, 0, 0, 0, 0]])
-    return ColorBins()(CLIP.frames[0]), Particles(regions, np.zeros((3, 2)))
-
-
-@pytest.mark.parametrize("measure", MEASURES)
-def test_nothing_looks_less_alike_than_what_lies_outside_the_image(measure):
-    image, particles = first_look()
-    tracker = CrossBin(lam=1.0, measure=measure)
-    target = learn(image, CLIP.truth[0], tracker.kernels)
-    weights = tracker.weigh(target, image, particles)
-    assert weights[2] / weights[0] == pytest.approx(np.exp(-9))
-    flat = target._replace(q=np.roll(target.q, target.m // 2, -1))  # nothing is alike
-    weights = tracker.weigh(flat, image, particles)
-    assert weights.argmin() == 2
-
-
-@pytest.mark.parametrize("bins", [JointHSV(), SoftBins(), ColorBins("rgb")])
-def test_bins_without_known_neighbours_are_refused(bins):
-    with pytest.raises(ValueError, match="neighbours are known for hsv"):
-        CrossBin(bins=bins)
-
-
-@pytest.mark.parametrize("frame", [np.zeros((9, 9), np.uint8), np.zeros((9, 9, 3))])
-def test_a_shape_is_sought_in_a_frame_of_colours_alone(frame):
-    with pytest.raises(ValueError, match="a frame must be"):
-        Shaped().init(frame, np.array([4.0, 4, 0, 2, 2]), None)
-
-
-@pytest.mark.parametrize("measure", ["smoothed", "quadratic", "earth mover"])
-def test_each_measure_follows(measure):
-    found = track(CrossBin(n=60, measure=measure, lam=80), SHORT, 1)
-    off = np.linalg.norm(found.regions[5, :2] - CLIP.truth[5, :2])
-    assert off < 20 and not np.allclose(found.regions[1], CLIP.truth[1])
-
-
-def test_an_unknown_measure_or_shape_is_refused():
-    with pytest.raises(ValueError, match="measure"):
-        CrossBin(measure="nearest")
-    with pytest.raises(ValueError, match="shape"):
-        Shaped(shape="outline")
-
-
-@pytest.mark.parametrize("shape", ["grab-cut", "colour ratio"])
-def test_a_shaped_filter_learns_less_of_the_background(shape):
-    """On a starfish on grass its q* has less of the colours of the grass."""
-    clip = Varied("cut-out", 13).sequence()
-    box = Kernels("one", "uniform", span=1.5, elliptic=True)
-    rng = np.random.default_rng(0)
-    shaped = Shaped(n=10, kernels=box, shape=shape)
-    state = shaped.init(clip.frames[0], clip.truth[0], rng)
-    plain = learn(shaped.bins(clip.frames[0]), clip.truth[0], box)
-    assert state.target.q.shape == plain.q.shape
-    assert state.target.q.sum() == pytest.approx(1, abs=1e-5)
-    beside = displaced(clip.truth[0], -60, 0)
-    grass = learn(shaped.bins(clip.frames[0]), beside, box).q > 0.02
-    assert state.target.q[grass].sum() < 0.8 * plain.q[grass].sum()
-    assert len(state.target.kernels.mask) == SIDE**2
 
 
 def followed(seed, talking, wrong=0.0):

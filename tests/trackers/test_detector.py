@@ -1,0 +1,50 @@
+"""What moves between frames is found, and noise is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mkt.scenes.layers import Layer
+from mkt.scenes.paths import standing
+from mkt.trackers.detector import moving
+from tests.trackers.scenes import GROWING
+
+
+def test_nothing_moves_in_a_still_scene():
+    target = Layer("car", 80.0, standing(150, 120))
+    still = replace(GROWING, target=target, length=10).sequence()
+    assert moving(list(still.frames)).shape == (0, 5)
+    with pytest.raises(ValueError, match="at least two"):
+        moving(list(still.frames)[:1])
+
+
+# What moves.
+def blots(*boxes, frames=12):
+    """Still frames of grey with noise; in the last one squares stand somewhere."""
+    rng = np.random.default_rng(0)
+    shown = [rng.normal(120, 2, (90, 120, 3)) for _ in range(frames)]
+    for x, y, w, h in boxes:
+        shown[-1][y : y + h, x : x + w] = 250
+    return [np.clip(frame, 0, 255).astype(np.uint8) for frame in shown]
+
+
+def test_what_moves_is_listed_the_largest_first():
+    found = moving(blots((10, 10, 14, 14), (60, 40, 30, 24)))
+    assert found.shape == (2, 5)
+    np.testing.assert_allclose(found[0], (74.5, 51.5, 0, 15, 12), atol=1)
+    np.testing.assert_allclose(found[1], (16.5, 16.5, 0, 7, 7), atol=1)
+
+
+def test_two_frames_suffice_and_small_parts_are_noise():
+    frames = blots((60, 40, 30, 24), frames=2)
+    assert len(moving(frames)) == 1
+    (found,) = moving(frames)
+    area = round(4 * found[3] * found[4])
+    assert len(moving(frames, smallest=area - 60)) == 1
+    assert len(moving(frames, smallest=area + 1)) == 0
+
+
+def test_specks_are_removed_and_parts_of_one_object_are_joined():
+    frames = blots((20, 20, 1, 60), (60, 40, 12, 24), (75, 40, 12, 24))
+    assert len(moving(frames, smallest=20)) == 1
