@@ -35,7 +35,6 @@ def test_a_close_up_shows_what_the_whole_frame_does(place, size, pitch):
         assert differing < 0.02 * len(kernels.points)
 
 
-# Close-ups on a smaller scale.
 def halves(border, axis):
     """A frame that is red before a border along an axis, and blue from there on."""
     frame = np.zeros((240, 320, 3), np.uint8)

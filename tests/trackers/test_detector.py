@@ -19,7 +19,6 @@ def test_nothing_moves_in_a_still_scene():
         moving(list(still.frames)[:1])
 
 
-# What moves.
 def blots(*boxes, frames=12):
     """Still frames of grey with noise; in the last one squares stand somewhere."""
     rng = np.random.default_rng(0)

@@ -1,4 +1,4 @@
-"""Gains that follow the light and nothing else; and what the guided tracker reports."""
+"""What the guided tracker decides in a frame, and what it reports of it."""
 
 from dataclasses import replace
 

@@ -17,7 +17,6 @@ from mkt.trackers import homography_esm
 from mkt.trackers.homography_esm import PlaneESM, esm_step
 
 
-# The pixel-based rival.
 def facing_and_later(seed, k=45):
     """Two frames of a card, its region in the first, its homography in the second."""
     scene = replace(card("base", seed), noise=0.0, shutter=0.0)

@@ -60,7 +60,6 @@ def test_both_see_the_same_point_of_the_ground():
     assert TwoViews(1) == TwoViews(1) and TwoViews(1).truth.shape == (FRAMES, 5)
 
 
-# The messages of two cameras, one by one.
 def two(talking=True):
     """A pair on its first frames, its states, and the frames."""
     views, (first, second) = TwoViews(3), homographies()
