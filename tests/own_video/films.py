@@ -7,6 +7,8 @@ from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
 
 SIZE = (160, 120)  # width, height [px]
+LENGTH = 12
+BOX = (55.0, 48.0, 50.0, 24.0, 0.0)
 
 
 def driving(length, last=12.0, degrees=0.0):

@@ -4,7 +4,6 @@ A run is started and stopped and leaves three files; mistakes are answered in wo
 """
 
 import asyncio
-import json
 import time
 
 import cv2
@@ -12,18 +11,12 @@ import numpy as np
 import pytest
 
 from mkt.course import cli
-from mkt.files import DataError
 from mkt.own_video.box_picker import BoxPicker
 from mkt.own_video.settings import (
-    Settings,
-    changed_versions,
-    fingerprint,
     load,
     numbers_of,
-    settled,
-    with_numbers,
 )
-from mkt.own_video.typed_box import parse_box, region_of
+from mkt.own_video.typed_box import region_of
 from mkt.own_video.workbench import BUSY, EMPTY, READY, Finished, Workbench, workbench
 from mkt.regions import from_box
 from mkt.sequences.carphone import carphone
@@ -31,23 +24,7 @@ from mkt.sequences.video import VideoFile
 from mkt.trackers import by_name
 from tests.own_video import films
 
-LENGTH = 12
-BOX = (55.0, 48.0, 50.0, 24.0, 0.0)
-
-
-@pytest.fixture(autouse=True)
-def place(tmp_path, monkeypatch):
-    """An empty folder, where the notebook is thought to lie."""
-    monkeypatch.delenv("MKT_STATIC", raising=False)
-    monkeypatch.setattr("mkt.own_video.workbench.SETTLED", 0.02)
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-@pytest.fixture
-def car(place):
-    """A video beside the notebook."""
-    return films.write(place / "car.mkv", films.driving(LENGTH).frames)
+pytestmark = pytest.mark.usefixtures("place")
 
 
 @pytest.fixture
@@ -55,7 +32,7 @@ def panel(car):
     """The panel with the car and a box round it, as the browser would have set them."""
     panel = Workbench()
     panel.source.listed.value = "car.mkv"
-    panel.picker.set_state({"box": list(BOX)})
+    panel.picker.set_state({"box": list(films.BOX)})
     panel.method.tracker.value = "pf-75"
     return panel
 
@@ -118,12 +95,12 @@ def test_a_video_that_came_later_is_found_by_the_round_arrow(place):
 def test_the_last_choice_counts(car):
     panel = Workbench()
     choose(panel, "car.mkv")
-    assert len(panel.clip) == LENGTH
+    assert len(panel.clip) == films.LENGTH
     panel.source.listed.value = "car.mkv"
-    assert panel.source.other.value == "" and len(panel.clip) == LENGTH
+    assert panel.source.other.value == "" and len(panel.clip) == films.LENGTH
     choose(panel, "none.mp4")
     choose(panel, "")
-    assert len(panel.clip) == LENGTH
+    assert len(panel.clip) == films.LENGTH
 
 
 def test_a_path_that_failed_is_tried_again_when_the_list_is(place):
@@ -201,7 +178,7 @@ def test_a_run_leaves_a_film_a_table_and_the_settings(panel, place):
         "car-pf-75.webm",
     ]
     rows = panel.output.with_suffix(".csv").read_text().splitlines()
-    assert len(VideoFile(panel.output)) == LENGTH == len(rows) - 1
+    assert len(VideoFile(panel.output)) == films.LENGTH == len(rows) - 1
     assert panel.report.children[-1].value == panel.output.read_bytes()
     assert "Written" in note(panel)
 
@@ -247,9 +224,9 @@ def test_stop_is_heard_between_two_frames_and_keeps_what_was_done(panel):
 
     press(panel.track, panel, until=some_frames_are_done)
     rows = panel.output.with_suffix(".csv").read_text().splitlines()[1:]
-    assert 0 < len(rows) == len(VideoFile(panel.output)) < LENGTH
+    assert 0 < len(rows) == len(VideoFile(panel.output)) < films.LENGTH
     assert panel.state == READY
-    assert f"Stopped: {len(rows)} of {LENGTH} frames" in note(panel)
+    assert f"Stopped: {len(rows)} of {films.LENGTH} frames" in note(panel)
     assert load(panel.output.with_suffix(".json")) == panel.settings
 
 
@@ -318,7 +295,7 @@ def test_a_wrong_path_is_answered_in_a_sentence_and_can_be_mended(
         ("pf-75", [500, 9, 5, 5, 0], {}, "it lies outside the image of 160x120 px"),
         ("ssd", [150, 9, 40, 20, 0], {}, "the box 150,9,40,20"),
         ("wm", [0, 0, 300, 300, 0], {}, "is larger than the frame"),
-        ("pf-75", BOX, {"n": 0}, "particles is 0"),
+        ("pf-75", films.BOX, {"n": 0}, "particles is 0"),
     ],
 )
 def test_what_a_tracker_refuses_is_said_and_nothing_is_written(
@@ -450,137 +427,6 @@ def test_what_a_camera_saw_before_it_stopped_is_named_and_chosen(
     assert len(panel.clip) == 30 and panel.state == READY
 
 
-# Settings
-
-
-def test_numbers_are_changed_by_name_also_in_a_filter_inside():
-    assert with_numbers("combined", {"n": 30, "threshold": 0.5}).filter.n == 30
-    assert with_numbers("guided", {"n": 30, "found": 1}).found == 1.0
-    with pytest.raises(ValueError, match="no number 'm'; it has n, lam, lost_above"):
-        with_numbers("pf-75", {"m": 3})
-    with pytest.raises(ValueError, match="n is 30.5; it must be a whole number"):
-        with_numbers("pf-75", {"n": 30.5})
-
-
-def test_settings_come_back_as_they_were_written(car, place):
-    numbers = {"n": 30, "threshold": 0.1 + 0.2}
-    box = (0.1, 1 / 3, 50, 40, -7.25)
-    written = settled(car, box, "combined", numbers, seed=7)
-    written.save(place / "x.json")
-    assert load(place / "x.json") == written
-    assert written.numbers == numbers
-
-
-def test_a_fingerprint_is_that_of_sha256sum_and_a_folder_has_one_too(place):
-    (place / "a.png").write_bytes(b"abc")
-    assert fingerprint(place / "a.png") == (
-        "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
-    )
-    before = fingerprint(place)
-    (place / "note.txt").write_text("not an image")
-    assert fingerprint(place) == before
-    (place / "b.png").write_bytes(b"abc")
-    assert fingerprint(place) != before
-
-
-def test_the_same_images_in_another_order_are_another_film(place):
-    films = []
-    for order in ("abc", "acb"):
-        folder = place / order
-        (folder / "4.png").mkdir(parents=True)
-        for name, content in zip(("1", "2", "10"), order, strict=True):
-            (folder / f"{name}.png").write_text(content)
-        films.append(fingerprint(folder))
-    assert films[0] != films[1]
-    (place / "acb" / "10.png").rename(place / "acb" / "1b.png")
-    assert fingerprint(place / "acb") == films[0]
-
-
-def test_another_video_under_the_same_name_is_noticed_and_a_moved_one_is_found(
-    car, place
-):
-    gone = (
-        "the video is gone; if it has moved, say where it is now: "
-        "python3 -m mkt track VIDEO --settings"
-    )
-    another = (
-        "not the video of x.json: its sha256 is .*; take the very file that was tracked"
-    )
-    settled(car, BOX).save(place / "x.json")
-    moved = car.rename(place / "moved.mkv")
-    with pytest.raises(DataError, match=gone):
-        load(place / "x.json")
-    assert load(place / "x.json", moved).video == str(moved)
-    car.write_bytes(moved.read_bytes() + b"x")
-    with pytest.raises(DataError, match=another):
-        load(place / "x.json")
-
-
-def test_a_path_in_the_settings_may_be_relative_to_them(car, place, monkeypatch):
-    settled(car, BOX).save(place / "x.json")
-    text = (place / "x.json").read_text()
-    (place / "x.json").write_text(text.replace(json.dumps(str(car)), '"car.mkv"'))
-    assert str(place) not in (place / "x.json").read_text()
-    monkeypatch.chdir("/")
-    assert load(place / "x.json").video == str(car)
-
-
-@pytest.mark.parametrize(
-    "change, said",
-    [
-        ({"box": [1, 2, 3, 4]}, "box is .* cannot be"),
-        ({"box": [1, 2, 3, 4, "x"]}, "box is"),
-        ({"seed": 1.5}, "seed is 1.5"),
-        ({"seed": -1}, "seed is -1"),
-        ({"numbers": {"n": -3}}, "x.json: particles is -3"),
-        ({"numbers": {"zorg": 3}}, "x.json: the tracker .* has no number 'zorg'"),
-        ({"numbers": {"n": None}}, "n in numbers is None"),
-        ({"numbers": {"n": 10**400}}, "n in numbers is"),
-        ({"box": [0, 0, 10**400, 1, 0]}, "box is"),
-        ({"video": 3}, "video is 3"),
-        ({"video": "caf\udce9.mkv"}, r"caf\\udce9.mkv: the name is not UTF-8"),
-        ({"sha256": None}, "sha256 is None"),
-        ({"tracker": []}, r"tracker is \[\]"),
-        ({"tracker": {}}, "tracker is {}"),
-        ({"versions": 5}, "versions is 5"),
-        ({"versions": None}, "versions is None"),
-        ({"versions": {"numpy": 2}}, "numpy in versions is 2"),
-        ({"a\nb": 1}, "missing or unknown: a b"),
-        ({"more": 1}, "missing or unknown: more"),
-    ],
-)
-def test_wrong_settings_are_named(change, said, car, place):
-    settled(car, BOX).save(place / "x.json")
-    values = json.loads((place / "x.json").read_text()) | change
-    (place / "x.json").write_text(json.dumps(values))
-    with pytest.raises(DataError, match=said):
-        load(place / "x.json")
-
-
-@pytest.mark.parametrize(
-    "text, said",
-    [
-        ("{\n", "x.json, line 2: not JSON"),
-        ("[]", "missing or unknown: box, numbers, seed"),
-        ("\xff", "not text in UTF-8"),
-        ("9" * 5000, "a number or a list in it is too long; let"),
-        ("[" * 100_000, "a number or a list in it is too long; let"),
-    ],
-)
-def test_what_is_no_settings_file_is_said(text, said, place):
-    (place / "x.json").write_text(text, encoding="latin-1")
-    with pytest.raises(DataError, match=said):
-        load(place / "x.json")
-
-
-def test_other_versions_are_mentioned(car):
-    assert changed_versions(settled(car, BOX)) == ""
-    old = Settings("x", "y", BOX, versions={"numpy": "1.0", "gone": "2"})
-    changed = changed_versions(old)
-    assert changed.startswith("numpy 1.0 is ")
-    assert changed.endswith("gone 2 is missing here")
-
-
 @pytest.mark.parametrize(
     "words, said",
     [
@@ -593,19 +439,6 @@ def test_track_is_told_what_goes_together(words, said, capsys):
     with pytest.raises(SystemExit):
         cli.parse(["track", *words])
     assert said in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    "text, region",
-    [
-        ("10,20,30,40", [24.5, 39.5, 0, 15, 20]),
-        ("10.5,20,30,40,-90", [25, 39.5, -np.pi / 2, 15, 20]),
-        ("-10, 0,30,40", [4.5, 19.5, 0, 15, 20]),
-    ],
-)
-def test_boxes_are_read_as_annotations_are(text, region):
-    frame = np.zeros((120, 160, 3), np.uint8)
-    assert np.allclose(region_of(parse_box(text), frame), region)
 
 
 # The page

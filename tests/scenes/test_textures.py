@@ -1,0 +1,22 @@
+"""Textures by their names."""
+
+import numpy as np
+import pytest
+
+from mkt.scenes.layers import Layer
+from mkt.scenes.paths import standing
+from mkt.scenes.rendering import Scene
+from mkt.scenes.textures import NAMES, texture
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_texture_is_there(name):
+    rgba = texture(name)
+    assert rgba.ndim == 3 and rgba.shape[2] == 4
+    assert rgba.dtype == np.uint8 and rgba[..., :3].std() > 10
+
+
+def test_unknown_textures_are_named():
+    scene = Scene(Layer("lorry", 60.0, standing(160, 120)))
+    with pytest.raises(ValueError, match="no texture 'lorry'.*car"):
+        scene.sequence()
