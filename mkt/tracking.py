@@ -120,6 +120,8 @@ class Sequence:
 def _check_shape(name: str, found: Any, wanted: tuple[int, ...]) -> None:
     """Refuse what is no array of numbers of the shape that the frames ask for."""
     of_kind(found, np.ndarray, name, f"give an array of the shape {wanted}")
+    if found.dtype.kind not in "biuf":
+        raise ValueError(f"{name} holds {found.dtype}; give numbers")
     if found.shape != wanted:
         raise ValueError(
             f"{name} has the shape {found.shape}; its frames ask for {wanted}, NaN "

@@ -15,6 +15,7 @@ from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import Any, NoReturn
 
+from mkt import __version__
 from mkt.course import environment
 from mkt.course.commands import (
     bench,
@@ -72,6 +73,7 @@ def parser() -> argparse.ArgumentParser:
         epilog=NOTE,
         description="Multiple kernel tracking: the library, its book and its tests.",
     )
+    top.add_argument("--version", action="version", version=f"mkt {__version__}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for module in COMMANDS:
         module.add(commands)

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import nbformat
 import pytest
 
+import mkt
 from mkt import files
 from mkt.course import cli
 from mkt.course.commands import lab
@@ -473,3 +474,10 @@ def test_what_the_system_says_of_a_file_gets_its_name_and_a_remedy():
     with pytest.raises(SystemExit, match="^mkt labs: /no/f: Gone; look whether"):
         with cli.door("labs"):
             raise FileNotFoundError(2, "Gone", "/no/f")
+
+
+def test_the_version_is_that_of_the_library(capsys):
+    with pytest.raises(SystemExit) as ended:
+        cli.parse(["--version"])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out == f"mkt {mkt.__version__}\n"
