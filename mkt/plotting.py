@@ -52,6 +52,8 @@ EIGHT = (
     "#cc79a7",
     "#999999",
 )
+# And four more, for the twelve of resampling.
+TWELVE = (*EIGHT, "#6a3d9a", "#8c510a", "#fb9a99", "#b2df8a")
 DASHES = "-", "--", "-.", ":"
 SURFACE = "viridis"
 

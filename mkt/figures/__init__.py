@@ -24,8 +24,8 @@ def show(name: str, **parameters: Any) -> Any:
 
     Returns
     -------
-    IPython.display.Image or StaticPanel
-        With the caption as its alternative text; the latter in the book.
+    IPython.display.HTML or StaticPanel
+        With the caption below; the latter in the book.
 
     Raises
     ------

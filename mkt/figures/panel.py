@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 
 import cv2
 import ipywidgets
-from IPython.display import Image
+from IPython.display import HTML
 
+from mkt.figures.data_uri import data_uri
 from mkt.figures.registry import Entry, Shown
 from mkt.figures.static_panel import caption, encoded, label, width
 from mkt.figures.tooltips import WORDS, title
@@ -40,11 +41,13 @@ class Drawing(NamedTuple):
     cost: float
 
 
-def picture(entry: Entry, parameters: Mapping[str, Any]) -> Image:
-    """A figure as a still picture, its caption the alternative text."""
+def picture(entry: Entry, parameters: Mapping[str, Any]) -> HTML:
+    """A figure as a still picture, and its caption below."""
     fig, _ = entry.draw(SHARP_DPI, **parameters)
-    words = f"{entry.title} {entry.caption}".replace("\n", " ")
-    return Image(encoded(fig, ".png"), format="png", width=width(entry), alt=words)
+    address = data_uri("image/png", encoded(fig, ".png"))
+    about = f'alt="{html.escape(entry.title)}" width="{width(entry)}"'
+    image = f'<img src="{address}" {about} style="max-width: 100%">'
+    return HTML(f"{image}<p>{caption(entry)}</p>")
 
 
 class Panel(ipywidgets.VBox):

@@ -17,6 +17,7 @@ facts, so that a test can measure what a reader sees.
 """
 
 import inspect
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -32,8 +33,8 @@ from mkt.plotting import in_style, new_figure
 from mkt.registry import Registry, by_group
 from mkt.tracking import Progress
 
-# In the order of the book; those of no paper are called "own".
-PAPERS = ("teuliere2009", "nummiaro2003", "cordoba2014", "own")
+# In the order of the book, as the text calls them; those of no paper are called "own".
+PAPERS = {"teuliere2009": "T09", "nummiaro2003": "N03", "cordoba2014": "C14", "own": ""}
 
 # The columns of a table for regions (n, 5).
 REGION = ("cx [px]", "cy [px]", "theta [rad]", "hx [px]", "hy [px]")
@@ -43,7 +44,7 @@ IN_THE_PAGE = "In the page: "
 
 _listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
 
-FIGURES = Registry("figure", "mkt.papers", order=by_group(PAPERS, "."))
+FIGURES = Registry("figure", "mkt.papers", order=by_group(tuple(PAPERS), "."))
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,16 @@ class Entry:
     def title(self) -> str:
         """First sentence of the docstring."""
         return self._text[0].replace("\n", " ")
+
+    @property
+    def number(self) -> str:
+        """What is printed: "Figure 3 of [T09]", or nothing where it is ours."""
+        paper, _, name = self.name.partition(".")
+        found = re.fullmatch(r"(fig|table)(\d+)", name)
+        if not found:
+            return ""
+        kind = {"fig": "Figure", "table": "Table"}[found[1]]
+        return f"{kind} {found[2]} of [{PAPERS[paper]}]"
 
     @property
     def caption(self) -> str:

@@ -1,7 +1,6 @@
 // Moves the sliders of the figures on a page without a kernel: each panel has its
 // pictures, drawn beforehand, in a data block, or there their addresses.
 
-const STILL = "Every slider stands where it began.";
 const BACK = "; the others are back where they began. In JupyterLab all move together.";
 
 function said(titles, shown, names) {
@@ -13,6 +12,7 @@ function begin(panel) {
   const shown = { ...data.shown };
   const image = panel.querySelector("img");
   const note = panel.querySelector("[role=status]");
+  const first = note?.textContent;
   data.frames[0] = image.getAttribute("src");
   const controls = [...panel.querySelectorAll("[data-name]")];
 
@@ -52,7 +52,7 @@ function begin(panel) {
     if (note) {
       note.textContent = moved
         ? said(data.titles, shown, group.names) + (others.length ? BACK : ".")
-        : STILL;
+        : first;
     }
   };
 

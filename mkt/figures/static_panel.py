@@ -12,6 +12,7 @@ Explained in notebook 01.
 import html
 import itertools
 import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -207,9 +208,19 @@ def width(entry: Entry) -> int:
 def caption(entry: Entry, live: bool = False) -> str:
     """Title and caption as HTML; of the figure that computes in the page if it does."""
     words = entry.live_caption if live else entry.caption
-    return f"<b>{html.escape(entry.title)}</b> {html.escape(words)}"
+    number = f"{entry.number}: " if entry.number else ""
+    return f"<b>{marked(number + entry.title)}</b> {marked(words)}"
+
+
+def marked(words: str) -> str:
+    """Words as HTML, with what stands behind a letter and "_" or "^" below or above."""
+    below = re.sub(r"\b([A-Za-z])_(\w+?)\b", r"\1<sub>\2</sub>", html.escape(words))
+    return re.sub(r"\^(\d)", r"<sup>\1</sup>", below)
 
 
 def label(value: Any) -> str:
     """A value as a slider shows it."""
     return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+_TEMPLATES.filters["marked"] = marked

@@ -19,8 +19,8 @@ const NEAR = 12; // [px] from a bar, to have meant it
 const GREEN = "#33b24d";
 
 class Histograms {
-  constructor(panel, name, { fields, colors }) {
-    this.colors = colors;
+  constructor(panel, name, { fields, colors, highest }) {
+    Object.assign(this, { colors, highest });
     const place = (reach, title) => ({
       low: -reach,
       high: reach,
@@ -194,7 +194,7 @@ class Histograms {
     if (!this.q) return;
     const box = this.barBox(width, height);
     const { q, filled } = this;
-    const top = 1.08 * Math.max(...q, 0.01);
+    const top = Math.max(this.highest, ...q);
     const limits = {
       x: [-0.5, q.length - 0.5],
       y: [0, top],

@@ -82,6 +82,8 @@ function understood(field, words) {
   );
 }
 
+const BELOW = /_(\w+)|[^_]+/g; // what stands behind a "_" is a subscript
+
 const places = ({ step }) => (step < 1 ? (step < 0.1 ? 2 : 1) : 0);
 
 const shownAs = (field, value) =>
@@ -90,7 +92,10 @@ const shownAs = (field, value) =>
 function inputOf(name, field, moved) {
   const id = `live-${name}-${++serial}`;
   const { options, low, high, step, value, title = name, words = title } = field;
-  const label = el("label", { for: id, title: words }, title);
+  const pieces = [...title.matchAll(BELOW)].map(([all, below]) =>
+    below ? el("sub", {}, below) : all,
+  );
+  const label = el("label", { for: id, title: words }, ...pieces);
   if (options) {
     const input = el("select", { id, onchange: () => moved(input.value) });
     input.append(...options.map((option) => el("option", { value: option }, option)));
@@ -336,12 +341,12 @@ export class Canvas {
   }
 }
 
-// Words at a place, aligned as the pen is; a letter behind a "_" is a subscript.
+// Words at a place, aligned as the pen is.
 // Returns their width.
 export function write(pen, words, x, y) {
   const { font, textAlign } = pen;
   const small = font.replace(/[\d.]+px/, `${0.75 * TEXT}px`);
-  const pieces = [...words.matchAll(/_(.)|[^_]+/g)].map(([all, below]) => {
+  const pieces = [...words.matchAll(BELOW)].map(([all, below]) => {
     pen.font = below ? small : font;
     const word = below ?? all;
     return {
@@ -410,9 +415,9 @@ export function axes(pen, [left, top, width, height], { x, y, xlabel, ylabel, ba
   for (const tick of ticks(...rising(y), Math.max(height / 40, 2)))
     pen.fillText(number(tick), left - 4, down(tick) + 4);
   pen.textAlign = "left";
-  if (ylabel) pen.fillText(ylabel, left, top - 6);
+  if (ylabel) write(pen, ylabel, left, top - 6);
   pen.textAlign = "right";
-  if (xlabel) pen.fillText(xlabel, left + width, top + height + 2 * TEXT + 5);
+  if (xlabel) write(pen, xlabel, left + width, top + height + 2 * TEXT + 5);
   return { across, down };
 }
 

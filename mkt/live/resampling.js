@@ -94,7 +94,7 @@ class Resampling {
     if (!many) return;
     let from = 0;
     this.shares.forEach((share, i) => {
-      pen.fillStyle = this.colors[i % this.colors.length];
+      pen.fillStyle = this.colors[i];
       const box = [left + from * wide, top, share * wide, bottom - top];
       pen.fillRect(...box);
       pen.strokeRect(...box);
@@ -124,7 +124,7 @@ class Resampling {
     const limits = { x: [0, 0.7], y: [0, 1], xlabel: "distance d", ylabel: "weight w" };
     const { across, down } = axes(pen, box, limits);
     this.w.forEach((w, i) =>
-      dot(pen, across(this.d[i]), down(w), 6, this.colors[i % this.colors.length]),
+      dot(pen, across(this.d[i]), down(w), 6, this.colors[i]),
     );
   }
 
@@ -143,7 +143,7 @@ class Resampling {
     const thick = (0.8 * box[2]) / n;
     this.counts.forEach((count, i) => {
       const left = across(i) - thick / 2;
-      pen.fillStyle = this.colors[i % this.colors.length];
+      pen.fillStyle = this.colors[i];
       pen.fillRect(left, down(count), thick, down(0) - down(count));
       pen.fillStyle = ink;
       pen.fillRect(left, down(n * this.w[i]) - 1, thick, 2);

@@ -69,7 +69,7 @@ class Success {
     const { limit } = this.controls.values;
     const percent = ({ share }) => `${(100 * share).toFixed(1)} %`;
     const best = this.rows[0].share ? this.best(percent) : "no tracker exceeds it";
-    this.said.textContent = `At T_lim = ${number(limit)}: ${best}.`;
+    this.said.textContent = `At a limit of ${number(limit)}: ${best}.`;
     const order = this.rows.map((row) => `${row.label} ${percent(row)}`).join(", ");
     this.curves.node.setAttribute(
       "aria-label",

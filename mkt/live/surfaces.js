@@ -84,6 +84,26 @@ const TWO_FRAMES = {
   },
 };
 
+function stroke(pen, style, thick, lines) {
+  Object.assign(pen, { strokeStyle: style, lineWidth: thick });
+  pen.beginPath();
+  for (const [x, y, right, below] of lines) {
+    pen.moveTo(x, y);
+    pen.lineTo(right, below);
+  }
+  pen.stroke();
+}
+
+// Two lines that cross at a place, with a rim that shows on any ground.
+function cross(pen, u, v, color, long, slant) {
+  const lines = [
+    [u - long, v - slant, u + long, v + slant],
+    [u - slant, v + long, u + slant, v - long],
+  ];
+  stroke(pen, color === RED ? "#fff" : "#000", 4, lines);
+  stroke(pen, color, 2, lines);
+}
+
 class Surfaces {
   constructor(panel, name, { viridis }, kind, fields) {
     Object.assign(this, { viridis, kind, maps: [[], []] });
@@ -263,23 +283,17 @@ class Surfaces {
       ylabel: `${this.pairs[k].title}, rotation [deg]`,
     };
     const { across, down } = axes(pen, [left, top, w, h], limits);
-    if (!this.onMaps()) return;
-    const [u, v] = [across(x), down(rotation)];
-    for (const [style, thick] of [
-      ["#fff", 4],
-      [RED, 2],
-    ]) {
-      Object.assign(pen, { strokeStyle: style, lineWidth: thick });
-      pen.beginPath();
-      for (const [dx, dy] of [
-        [8, 0],
-        [0, 8],
-      ]) {
-        pen.moveTo(u - dx, v - dy);
-        pen.lineTo(u + dx, v + dy);
-      }
-      pen.stroke();
-    }
+    // The truth, where dotted lines meet, and the lowest point.
+    pen.setLineDash([1, 3]);
+    stroke(pen, "#fff", 1, [
+      [left, down(0), left + w, down(0)],
+      [across(0), top, across(0), top + h],
+    ]);
+    pen.setLineDash([]);
+    const at = map.indexOf(Math.min(...map));
+    const turn = (this.theta[Math.floor(at / CELLS)] * 180) / Math.PI;
+    if (this.whole) cross(pen, across(this.x[at % CELLS]), down(turn), "#fff", 6, 6);
+    if (this.onMaps()) cross(pen, across(x), down(rotation), RED, 8, 0);
   }
 
   drawCut(pen, width, height) {

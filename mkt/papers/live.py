@@ -24,8 +24,8 @@ from mkt.papers.lessons import beats, benchmark, chance, servoing
 from mkt.papers.lessons.trackers import spread_distances
 from mkt.papers.nummiaro2003 import steps
 from mkt.papers.teuliere2009 import tracking
-from mkt.papers.teuliere2009.histograms import WIDTH, still
-from mkt.plotting import CONTRAST, DESIRED, EIGHT, SURFACE, bin_colors
+from mkt.papers.teuliere2009.histograms import HIGHEST, WIDTH, still
+from mkt.plotting import CONTRAST, DESIRED, SURFACE, TWELVE, bin_colors
 from mkt.plotting import TRACKERS as COLORS
 from mkt.regions import corners
 from mkt.scenes.drawn import Drawn
@@ -71,12 +71,13 @@ def _viridis() -> dict[str, list[list[int]]]:
 
 @DATA.register("teuliere2009.fig1")
 def _histograms() -> dict[str, Any]:
-    """The colour of each bin."""
+    """The colour of each bin, and where the axis of the bars ends."""
     return {
+        "highest": HIGHEST,
         "colors": {
             space: (255 * bin_colors(ColorBins(space))).round().astype(int).tolist()
             for space in SPACES
-        }
+        },
     }
 
 
@@ -260,7 +261,7 @@ def _resampling() -> dict[str, Any]:
             np.random.default_rng(k).random(n[1]).tolist()
             for k in range(seed[0], seed[1] + 1)
         ],
-        "colors": EIGHT,
+        "colors": TWELVE,
     }
 
 

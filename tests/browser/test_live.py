@@ -648,7 +648,7 @@ def test_the_ranking_follows_a_limit_that_moves_freely(opened):
     high = float(re.search(r"with ([\d.]+) %", panel.inner_text())[1])
     assert high < best
     curves.press("ArrowLeft")
-    assert "T_lim" in panel.inner_text() and "limit=0.9" in page.url
+    assert "T<sub>lim</sub>" in panel.inner_html() and "limit=0.9" in page.url
 
 
 # A key that is held: its moves are one step back.

@@ -1,7 +1,6 @@
 """Live figures in JupyterLab: the kernel's half."""
 
 import json
-from html import unescape
 
 import pytest
 
@@ -9,6 +8,7 @@ from mkt.figures import explore, live
 from mkt.figures.live_panel import LivePanel
 from mkt.figures.panel import Panel
 from mkt.figures.registry import FIGURES
+from mkt.figures.static_panel import marked
 from mkt.figures.tooltips import WORDS, title
 
 LIVE = [name for name, entry in FIGURES.items() if entry.live]
@@ -35,7 +35,7 @@ def test_a_caption_says_where_things_are_in_the_page():
     assert "In the page" not in entry.caption + entry.live_caption
     assert entry.live_caption.startswith("Above, a rendered frame")
     assert entry.live_caption.endswith(ours) and "Left" not in entry.live_caption
-    assert unescape(explore(entry.name).caption).endswith(entry.live_caption)
+    assert explore(entry.name).caption.endswith(marked(entry.live_caption))
     same = FIGURES["own.beats"]
     assert same.live_caption == same.caption
 

@@ -60,9 +60,10 @@ def live(monkeypatch):
 
 
 def test_show_is_a_picture_that_says_what_it_shows():
-    data, metadata = show("toy.line", slope=2)._repr_png_()
-    assert data.startswith("iVBOR")  # base64 of a PNG's first bytes
-    assert metadata["alt"] == "A line. Drawn for tests, with <angles>."
+    page = show("toy.line", slope=2)._repr_html_()
+    assert 'src="data:image/png;base64,iVBOR' in page  # a PNG's first bytes
+    assert 'alt="A line."' in page
+    assert "<p><b>A line.</b> Drawn for tests, with &lt;angles&gt;.</p>" in page
 
 
 def test_the_picture_follows_a_slider_and_comes_back():
@@ -302,6 +303,30 @@ def test_the_positions_in_the_page_keep_first_last_and_default(count, data, most
 def test_every_slider_of_the_book_stands_at_a_value_it_has(name):
     entry = FIGURES[name]
     assert all(entry.defaults[name] in entry.values(name) for name in entry.sliders)
+
+
+@pytest.mark.parametrize(
+    "words, html",
+    [
+        (
+            "the x_n and y_n, e_yn",
+            "the x<sub>n</sub> and y<sub>n</sub>, e<sub>yn</sub>",
+        ),
+        ("d_m^2, at N_lim", "d<sub>m</sub><sup>2</sup>, at N<sub>lim</sub>"),
+        ("in MKT_DATA <1", "in MKT_DATA &lt;1"),
+    ],
+)
+def test_symbols_of_a_caption_are_set_as_symbols(words, html):
+    assert page.marked(words) == html
+
+
+def test_what_is_printed_is_called_by_its_number():
+    numbers = {name: FIGURES[name].number for name in FIGURES}
+    assert numbers["cordoba2014.table1"] == "Table 1 of [C14]"
+    assert numbers["teuliere2009.fig10"] == "Figure 10 of [T09]"
+    assert numbers["own.run"] == numbers["cordoba2014.complexity"] == ""
+    said = page.caption(FIGURES["nummiaro2003.fig4"])
+    assert said.startswith("<b>Figure 4 of [N03]: Trajectories")
 
 
 @pytest.mark.parametrize("name", FIGURES)

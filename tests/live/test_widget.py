@@ -92,7 +92,7 @@ def test_one_answer_of_the_kernel_is_for_all_cells_of_a_figure(widget):
     found = shown(widget, "own.success", body, runs=runs)
     assert found["asked"] == ["success-occlusion-0"]
     for words in found["said"]:
-        assert any("At T_lim = 0.2: first are (1)" in each for each in words)
+        assert any("At a limit of 0.2: first are (1)" in each for each in words)
 
 
 MOVE = """

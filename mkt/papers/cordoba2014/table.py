@@ -32,7 +32,7 @@ CENTRED: dict[str, Any] = {"ha": "center", "va": "center"}
 
 @figure("cordoba2014.table1", size=(10, 4.8), t_lim=(0.0, 0.8, 0.2))
 def table1(fig: Figure, *, t_lim: float = 0.2, runs: int = 3) -> Shown:
-    """Table 1: the share of true positives, printed and ours.
+    """The share of true positives, printed and ours.
 
     On the synthetic twins of one object, or on the BoBoT sequences whose lengths the
     printed fractions fit where MKT_DATA has them; under its name each row says which.

@@ -28,9 +28,9 @@ from mkt.particles import (
 from mkt.plotting import (
     CONTRAST,
     CURRENT,
-    EIGHT,
     TRACKERS,
     TRUTH,
+    TWELVE,
     draw_box,
     draw_region,
     draw_tracked,
@@ -179,7 +179,7 @@ def resampling(
     counts = np.bincount(ancestors, minlength=n)
     shares, positions = draws(scheme, weights, np.random.default_rng(seed))
     scatter = {name: offspring_scatter(weights, name) for name in SCHEMES}
-    colors = [EIGHT[i % len(EIGHT)] for i in range(n)]
+    colors = TWELVE[:n]
 
     bar = fig.add_axes((0.02, 0.68, 0.96, 0.18))
     _draw_draws(bar, shares, positions, colors)

@@ -293,8 +293,9 @@ def fig3(
     the true place.
 
     In the page: Above, the object in its frame, and the two surfaces over the same
-    axes, the darker the nearer, with a cross where its box is, which you can drag;
-    below, their cut along rotation there.
+    axes, the darker the nearer: dotted lines meet at the truth, the white cross is the
+    lowest point, the red one where the box is, and you can drag it; below, their cut
+    along rotation there.
 
     The object is learnt in one rendered frame and looked for in the next, which differs
     by its sensor noise.  One centred round kernel sees the same histogram whatever the
@@ -363,8 +364,9 @@ def fig4(
     In the page: Above, the object crossing while the shutter is open, the mean of
     sub-frame renders over the exposure; beside it the distance to the still object over
     rotation and x location, the darker the nearer, where it stands still and where it
-    crosses, with a cross where its box is, which you can drag; below, both along
-    rotation there.  The page draws noise of its own, so its numbers differ a little
+    crosses: dotted lines meet at the truth, the white cross is the lowest point, the
+    red one where the box is, and you can drag it; below, both along rotation there.
+    The page draws noise of its own, so its numbers differ a little
     from those of the answers.
 
     Speed and exposure are ours; the paper prints one blurred frame.
