@@ -21,6 +21,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
+from matplotlib.patheffects import Normal, Stroke
 
 from mkt.colors import Bins
 from mkt.kernels import Kernels
@@ -157,7 +158,9 @@ def draw_tracked(
     """A frame with the true region (5,), and an estimate (5,) in its colour."""
     show_frame(ax, frame, title)
     draw_truth(ax, truth)
-    draw_region(ax, estimate, color, lw=2)
+    # A white rim, because a colour may be that of the ground or of the target.
+    rim = [Stroke(linewidth=3.0, foreground="white"), Normal()]
+    draw_region(ax, estimate, color, lw=1.7, path_effects=rim)
 
 
 def plot_track(
@@ -193,6 +196,18 @@ def shade_frames(ax: Axes, times: ArrayLike, where: NDArray, **style: Any) -> No
     )
 
 
+def draw_name(
+    fig: Figure, x: float, y: float, words: str, color: str, **style: Any
+) -> None:
+    """Words at a place of a figure [share of it], behind a mark in a colour.
+
+    The mark alone has it: words in a pale one cannot be read.
+    """
+    beside = x + 0.16 / fig.get_figwidth()
+    fig.text(x, y, "\N{BLACK SQUARE}", color=color, **style)
+    fig.text(beside, y, words, **style)
+
+
 def film_strip(
     fig: Figure,
     clip: Clip,
@@ -217,11 +232,8 @@ def film_strip(
         for ax, k in zip(row, frames, strict=True):
             draw_tracked(ax, clip.frames[k], clip.truth[k], regions[k], color)
         at = row[0].get_position()
-        above = at.y1 + 0.04 * inch
-        beside = at.x0 + 0.16 / fig.get_figwidth()
-        # The mark alone has the colour: words in a pale one cannot be read.
-        fig.text(at.x0, above, "\N{BLACK SQUARE}", color=color, va="bottom")
-        fig.text(beside, above, title, fontweight="bold", va="bottom")
+        bold = {"fontweight": "bold", "va": "bottom"}
+        draw_name(fig, at.x0, at.y1 + 0.04 * inch, title, color, **bold)
     for ax, k in zip(axes[0], frames, strict=True):
         at = ax.get_position()
         middle, above = (at.x0 + at.x1) / 2, at.y1 + 0.27 * inch

@@ -155,8 +155,8 @@ def _draw_head(ax: Axes, columns: _Columns, title: str) -> None:
     named = [*zip(columns.printed, NAMES, strict=True)]
     named += [(columns.ours[name], name.partition(" ")[0]) for name in OURS]
     for x, name in named:
-        words = {"fontweight": "bold", "color": COLORS[name]} | CENTRED
-        ax.text(x, -0.35, NAMES[name], **words)
+        ax.text(x, -0.35, NAMES[name], fontweight="bold", **CENTRED)
+        ax.plot([x - 0.018, x + 0.018], [-0.08] * 2, color=COLORS[name], lw=2.5)
     for y in (0, 6):
         ax.axhline(y, color="0.3", lw=1)
 

@@ -17,7 +17,14 @@ from mkt.evaluation import HIT, SEEN, overlaps, true_positives
 from mkt.figures.registry import REGION, Shown, figure, shown
 from mkt.papers import runs
 from mkt.papers.cordoba2014.printed import COLORS, NAMES, said, source
-from mkt.plotting import TRUTH, draw_box, draw_truth, shade_frames, show_frame
+from mkt.plotting import (
+    TRUTH,
+    draw_box,
+    draw_name,
+    draw_truth,
+    shade_frames,
+    show_frame,
+)
 from mkt.trackers.by_name import TRACKERS
 from mkt.tracking import Sequence as Clip
 from mkt.tracking import Source, Tracker
@@ -137,8 +144,8 @@ def _draw_legend(fig: Figure, names: Sequence[str], data: str) -> None:
     fig.text(0.005, 0.945, data, va="bottom")
     fig.text(0.62, 0.945, "truth (dashed)", va="bottom")
     for k, name in enumerate(names):
-        style: dict[str, Any] = {"color": COLORS[name], "fontweight": "bold"}
-        fig.text(0.77 + 0.08 * k, 0.945, NAMES[name], va="bottom", **style)
+        bold = {"fontweight": "bold", "va": "bottom"}
+        draw_name(fig, 0.77 + 0.08 * k, 0.945, NAMES[name], COLORS[name], **bold)
 
 
 def _boxes(regions: Mapping[str, Regions], frames: Sequence[int]) -> pd.DataFrame:
@@ -185,7 +192,9 @@ def _draw_courses(fig: Figure, courses: Mapping[str, Array]) -> None:
             first, others = course[0, :, axis], course[1:, :, axis]
             color = COLORS.get(name, TRUTH)
             ax.plot(others.T, color=color, lw=0.6, alpha=0.6)
-            ax.plot(first, color=color, lw=1.4 if name == "truth" else 1.8)
+            # What needs no luck is often right: dashed, over the truth below it.
+            style = {"ls": (0, (4, 4)), "zorder": 3} if name == "wm" else {}
+            ax.plot(first, color=color, lw=1.4 if name == "truth" else 1.8, **style)
         shade_frames(ax, frames, np.isnan(courses["truth"][0, :, axis]))
         ax.set_xlim(0, frames[-1])
     upper.set(ylim=(0, 1), ylabel="(a) horizontal")
@@ -196,10 +205,7 @@ def _draw_lines(fig: Figure, k: int, name: str, lines: Sequence[str]) -> None:
     """The k-th tracker's name and what is said about it, beside the curves."""
     text = "\n".join([NAMES[name], *lines])
     style: dict[str, Any] = {"va": "top", "linespacing": 1.4, "fontsize": 9}
-    y = 0.88 - 0.28 * k
-    # The mark alone has the colour: words in a pale one cannot be read.
-    fig.text(0.767, y, "\N{BLACK SQUARE}", color=COLORS[name], **style)
-    fig.text(0.785, y, text, **style)
+    draw_name(fig, 0.767, 0.88 - 0.28 * k, text, COLORS[name], **style)
 
 
 def _positions(courses: Mapping[str, Array]) -> pd.DataFrame:
@@ -246,7 +252,7 @@ def fig2(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     """Cluttered environment: horizontal and vertical position, as a share of the image.
 
     On the synthetic twin "clutter", or on BoBoT's blue mug where MKT_DATA has it.
-    Black is the truth, thick is run 0, thin are three more, which the paper does not
+    Black is the truth, dashed WM, thick run 0, thin are three more, which the paper does not
     show.  There WM is misled and both filters follow; on the twin both filters are
     misled in most runs.  True positives are frames with an overlap above 20 %, out of
     all frames: their mean, the smallest and the largest.

@@ -27,7 +27,14 @@ from mkt.papers.nummiaro2003.steps import (
     placements,
 )
 from mkt.particles import EllipseMotion
-from mkt.plotting import TRUTH, draw_ellipse, draw_runs, shade_frames, show_frame
+from mkt.plotting import (
+    TRUTH,
+    draw_ellipse,
+    draw_name,
+    draw_runs,
+    shade_frames,
+    show_frame,
+)
 from mkt.scenes.nummiaro2003 import LOOKS, PASSES, TREE, parking, students, traffic
 from mkt.sequences.carphone import HEAD
 from mkt.trackers.adaptive import INITIALISING, Adaptive
@@ -288,7 +295,8 @@ def draw_mode(ax: Axes, clip: Clip, track: Track, k: int, waiting: bool) -> None
     show_frame(ax, clip.frames[k])
     color, dots = (MISSED, "white") if waiting else (WITH, SAMPLE)
     mode, positives = track.info["mode"][k], track.info["positives"][k]
-    ax.set_title(f"{k}: {mode}, {positives:.0f} appear", color=color, fontsize=9.5)
+    ax.set_title("\N{BLACK SQUARE}", loc="left", color=color, fontsize=9.5)
+    ax.set_title(f"{k}: {mode}, {positives:.0f} appear", fontsize=9.5)
     ax.plot(*track.info["particles"][k][:, :2].T, ".", color=dots, ms=2)
     draw_ellipse(ax, clip.truth[k], "white", lw=1.4, ls="--")
     if not waiting:
@@ -462,10 +470,8 @@ def _write_above(
         f"{title}: {np.mean(iou > HIT):.0%} of the frames, overlap {iou.mean():.2f}; "
     )
     text += f"last model: van {last['target']:.2f}, beside it {last['beside']:.2f}"
-    y, beside = ax.get_position().y1 + 0.065, 0.008 + 0.16 / ax.figure.get_figwidth()
-    # The mark alone has the colour: words in a pale one cannot be read.
-    ax.figure.text(0.008, y, "\N{BLACK SQUARE}", color=color, va="bottom")
-    ax.figure.text(beside, y, text, fontweight="bold", va="bottom")
+    above, bold = ax.get_position().y1 + 0.065, {"fontweight": "bold", "va": "bottom"}
+    draw_name(ax.get_figure(root=True), 0.008, above, text, color, **bold)
 
 
 def _likeness_facts(title: str, alike: pd.DataFrame) -> dict[str, Array]:
@@ -499,12 +505,13 @@ def fig9(
     true = clip.truth[:, 3]
     left = fig.add_axes((0.07, 0.13, 0.5, 0.74))
     right = fig.add_axes((0.65, 0.13, 0.335, 0.66))
-    tables, facts, means = [], {}, []
+    tables, facts, means, largest = [], {}, [], true.max()
     for title, (tracker, color) in learners(alpha, threshold, elliptic).items():
         tracks = [runs.run(tracker, scene, k, keep=("model",)) for k in range(RUNS)]
         widths = np.array([track.regions[:, 3] for track in tracks])
         alike = likeness(tracker, clip, tracks[0])
         draw_runs(left, true, widths, color)
+        largest = max(largest, np.nanmax(widths))
         score = tracks[0].info["rho"]
         _draw_likeness(right, title, alike, score, color)
         tables.append(_width_table(title, widths, true, alike))
@@ -515,7 +522,7 @@ def fig9(
         measured = {"error": error, "held": hits.mean(1), "score": looked}
         facts |= {f"{title} {name}": value for name, value in measured.items()}
         facts |= _likeness_facts(title, alike)
-    left.set(xlabel="frame", ylabel="$H_x$ [px]", ylim=(0, 2 * true.max()))
+    left.set(xlabel="frame", ylabel="$H_x$ [px]", ylim=(0, 1.15 * largest))
     left.set_title(f"mean error of $H_x$: {', '.join(means)}", loc="left", x=-0.12)
     right.set(xlim=(0, len(clip) - 1))
     return shown(pd.concat(tables, ignore_index=True), **facts)

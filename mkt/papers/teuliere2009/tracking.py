@@ -12,7 +12,7 @@ from mkt.evaluation import HIT, LAST, SEEN, errors, overlap
 from mkt.figures.registry import REGION, Shown, figure, shown
 from mkt.papers import runs
 from mkt.plotting import TRACKERS as COLORS
-from mkt.plotting import draw_runs, film_strip
+from mkt.plotting import draw_name, draw_runs, film_strip
 from mkt.regions import wrap_angle
 from mkt.scenes.teuliere2009 import fast, hidden
 from mkt.trackers.by_name import LABELS, TRACKERS, with_particles
@@ -160,8 +160,8 @@ def fig6(
     axes = fig.subplots(5, 3, sharex=True, sharey="col", gridspec_kw=spaces)
     for i, (name, row) in enumerate(zip(COLORS, axes, strict=True)):
         _draw_tracker(row, truth, curves[i], COLORS[name], occlusion)
-        style = {"loc": "left", "fontweight": "bold", "color": COLORS[name]}
-        row[0].set_title(labels[name], **style)
+        at, bold = row[0].get_position(), {"fontweight": "bold", "va": "bottom"}
+        draw_name(fig, at.x0, at.y1 + 0.006, labels[name], COLORS[name], **bold)
         text = _summary(position[:, i], orientation[:, i], lost[i])
         top = row[0].get_position().y1
         fig.text(0.815, top, text, va="top", fontsize=9, linespacing=1.45)
