@@ -56,7 +56,7 @@ A line is "{SUPPORTED}" when an exact or a t test says so at 2.5 %, after Holm's
 correction over the lines of the claim, and "{CONTRADICTED}" when the test of the other
 side does. Else it is a "{TIE}" when its whole 95 % interval lies within a margin of
 equality, and "{INCONCLUSIVE}" when not. A claim has the verdict of the worst of its
-lines. Lines below the rule are ours, or cannot fail, and have no say."""
+lines. Lines that are ours, or that cannot fail, stand apart and have no say."""
 PAPERS = ("T09", "N03", "C14")  # in the order of the book
 
 Cell = tuple[str, str]  # a kind of scene, and the label of a tracker

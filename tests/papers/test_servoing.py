@@ -148,9 +148,11 @@ def test_t09_i_over_six_hands():
     """All but the filter's fifth, which more hands must decide."""
     (measured,) = claims.measure(["T09-i"], range(6))
     medians = [np.median(part.values) for part in measured.parts]
-    raw, filtered, calm, peak, right = medians
+    raw, filtered, calm, peak, right, *asked_first = medians
     assert raw < 0.2 and filtered < 0.25 and calm < 0.05
     assert peak > 2 and right > 0.95
+    assert asked_first == [raw, filtered, calm]
+    assert [part.bound for part in measured.parts if part.ours] == [0.2, 0.2, 0.05]
 
 
 # Runs of the loop, kept

@@ -1,5 +1,6 @@
 """From homographies to poses and back, and a law that leaves no tilt."""
 
+import cv2
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -27,6 +28,19 @@ def test_the_pose_comes_back_from_its_homography(seed):
     found = planes.poses(seen, CAMERA, SIDES)
     assert len(found) == 2
     assert np.allclose(found[0], pose, atol=1e-6)
+
+
+def test_near_a_right_angle_corners_a_little_off_say_a_little_tilt():
+    """Their perspective tells it; how much the plane is shortened says 6 degrees."""
+    rng = np.random.default_rng(0)
+    seen = planes.homography(pose_at([0, 0, 0], [0, 0, 0.8]), CAMERA, SIDES)
+    square = np.float32([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    tilts = []
+    for _ in range(50):
+        off = np.float32(planes.corners(seen) + rng.normal(0, 0.5, (4, 2)))
+        given = cv2.getPerspectiveTransform(square, off)
+        tilts.append(planes.tilt(planes.poses(given, CAMERA, SIDES)[0]))
+    assert np.rad2deg(np.median(tilts)) < 3
 
 
 def test_the_homography_is_the_robots_outline():

@@ -252,10 +252,11 @@ def fig2(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     """Cluttered environment: horizontal and vertical position, as a share of the image.
 
     On the synthetic twin "clutter", or on BoBoT's blue mug where MKT_DATA has it.
-    Black is the truth, dashed WM, thick run 0, thin are three more, which the paper does not
-    show.  There WM is misled and both filters follow; on the twin both filters are
-    misled in most runs.  True positives are frames with an overlap above 20 %, out of
-    all frames: their mean, the smallest and the largest.
+    Black is the truth, dashed WM, thick run 0, thin are three more, which the paper
+    does not show.  There WM is misled and both filters follow; on the twin, which is a
+    hard one of its kind, both filters are misled in most runs.  True positives are
+    frames with an overlap above 20 %, out of all frames: their mean, the smallest and
+    the largest.
     """
     return curves(fig, "clutter", contenders(particles, n_lim))
 

@@ -470,7 +470,8 @@ def _write_above(
         f"{title}: {np.mean(iou > HIT):.0%} of the frames, overlap {iou.mean():.2f}; "
     )
     text += f"last model: van {last['target']:.2f}, beside it {last['beside']:.2f}"
-    above, bold = ax.get_position().y1 + 0.065, {"fontweight": "bold", "va": "bottom"}
+    above = ax.get_position().y1 + 0.065
+    bold = {"fontweight": "bold", "va": "bottom"}
     draw_name(ax.get_figure(root=True), 0.008, above, text, color, **bold)
 
 
@@ -505,7 +506,8 @@ def fig9(
     true = clip.truth[:, 3]
     left = fig.add_axes((0.07, 0.13, 0.5, 0.74))
     right = fig.add_axes((0.65, 0.13, 0.335, 0.66))
-    tables, facts, means, largest = [], {}, [], true.max()
+    tables, facts, means = [], {}, []
+    largest = true.max()
     for title, (tracker, color) in learners(alpha, threshold, elliptic).items():
         tracks = [runs.run(tracker, scene, k, keep=("model",)) for k in range(RUNS)]
         widths = np.array([track.regions[:, 3] for track in tracks])

@@ -431,9 +431,9 @@ def fig11(
 ) -> Shown:
     """Internal view.
 
-    Simulated: the run of figure 9.  Red where the car should appear, green
-    where the tracker finds it: (a) and (b) in steady motion, (c) soon after the second
-    reversal, when the error is largest, (d) the final position.  The camera turns with
+    Simulated: the run of figure 9.  Red where the car should appear, green where the
+    tracker finds it: (a) and (b) in steady motion, (c) where the error is largest in
+    the second after the second reversal, (d) the final position.  The camera turns with
     the car, so that the table seems to move.
     """
     tried = experiment(gain, compensation, dof=dof, speed=speed, seed=seed)

@@ -160,7 +160,8 @@ def fig6(
     axes = fig.subplots(5, 3, sharex=True, sharey="col", gridspec_kw=spaces)
     for i, (name, row) in enumerate(zip(COLORS, axes, strict=True)):
         _draw_tracker(row, truth, curves[i], COLORS[name], occlusion)
-        at, bold = row[0].get_position(), {"fontweight": "bold", "va": "bottom"}
+        at = row[0].get_position()
+        bold = {"fontweight": "bold", "va": "bottom"}
         draw_name(fig, at.x0, at.y1 + 0.006, labels[name], COLORS[name], **bold)
         text = _summary(position[:, i], orientation[:, i], lost[i])
         top = row[0].get_position().y1
