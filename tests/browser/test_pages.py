@@ -265,6 +265,18 @@ def test_no_page_of_the_library_fails_or_is_too_wide(site, browser):
     assert paths and troubles == {}
 
 
+def test_a_search_finds_chapters_before_the_pages_of_the_library(site, browser):
+    opened = Opened(browser)
+    for words in ("resampling", "histogram"):
+        opened.page.goto((site / "search.html").as_uri() + f"?q={words}")
+        found = opened.page.locator("ul.search li a")
+        found.nth(5).wait_for()
+        pages = [found.nth(k).get_attribute("href") for k in range(5)]
+        assert pages[0][:2].isdigit(), pages
+        assert not any(page.startswith(("api/", "_modules/")) for page in pages)
+    opened.page.close()
+
+
 def test_an_old_address_of_a_module_leads_to_the_new_one(site, browser):
     for path in ("api/mkt.widgets.html", "_modules/mkt/book/judged.html"):
         opened = Opened(browser).go(site / path)

@@ -114,6 +114,17 @@ def test_cells_are_short_and_no_figure_is_shown_twice(chapter):
 
 
 @every
+def test_a_cell_that_draws_shows_no_name_of_an_object_of_matplotlib(chapter):
+    """JupyterLab prints what the last line of a cell returns, unless it ends in ";"."""
+    for cell in checks.code_cells(text(chapter)):
+        last = ast.parse(cell.source).body[-1]
+        names = {n.id for n in ast.walk(last) if isinstance(n, ast.Name)}
+        if isinstance(last, ast.Expr) and names & {"ax", "axes", "left", "right"}:
+            drawn_on = cell.source.splitlines()[-1].startswith(("mkt.", "print("))
+            assert drawn_on or cell.source.endswith(";"), cell.id
+
+
+@every
 def test_under_every_printed_figure_stands_what_agrees(chapter):
     shown = [name for _, names in checks.figure_cells(text(chapter)) for name in names]
     printed = sum(not name.startswith("own.") for name in shown)

@@ -50,6 +50,7 @@ from mkt.trackers.by_name import LABELS
 HERE = Path(__file__).parent
 CODE = HERE / "code.js"
 PLAYS = HERE / "gallery.js"
+SCORER = HERE / "scorer.js"
 STYLES = HERE / "mkt.css", STYLE
 NOTEBOOKS = "_static/notebooks"  # of the site: NAME.ipynb of each chapter
 FILM = DATA / "tracked.gif"
@@ -105,6 +106,7 @@ SETTINGS = {
     "html_show_copyright": False,
     "html_copy_source": False,
     "html_show_search_summary": False,
+    "html_search_scorer": str(SCORER),
     "html_show_sourcelink": False,
     "pygments_style": "a11y-light",
     "pygments_dark_style": "github-dark",
@@ -183,7 +185,7 @@ def _card(entry: Entry, chapter: Chapter) -> dict[str, str]:
     """What a page needs to know of a figure."""
     return {
         "name": entry.name,
-        "title": entry.title,
+        "title": ": ".join(filter(None, (entry.number, entry.title))),
         "chapter": chapter.title,
         "page": f"{chapter.name}.html",
         "anchor": anchor(entry.name),

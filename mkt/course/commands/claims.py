@@ -48,7 +48,7 @@ def add(commands: Commands) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help="also write the numbers into this CSV file",
+        help="also write the verdicts into this CSV file, a row for each line",
     )
 
 
