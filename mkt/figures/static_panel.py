@@ -143,11 +143,11 @@ class StaticPanel:
             {
                 "name": name,
                 "title": title(name),
-                "labels": [label(value) for value in self._positions[name]],
-                "start": self._positions[name].index(self.values[name]),
-                "choice": isinstance(self._entry.sliders[name], list),
+                "labels": [label(value) for value in positions],
+                "start": positions.index(self.values[name]),
+                "choice": not is_ordered(positions),
             }
-            for name in names
+            for name, positions in ((name, self._positions[name]) for name in names)
         ]
 
     def _data(self) -> str:
@@ -189,6 +189,13 @@ def spread(values: list[Any], default: Any, most: int) -> list[Any]:
     chosen = {round(i * last / (most - 1)) for i in range(most)}
     nearest = min(chosen - ({0, last} - {at}), key=lambda i: abs(i - at))
     return [values[i] for i in sorted(chosen - {nearest} | {at})]
+
+
+def is_ordered(values: list[Any]) -> bool:
+    """Whether values are numbers in order, along which a slider moves."""
+    return (
+        not any(isinstance(v, str | bool) for v in values) and sorted(values) == values
+    )
 
 
 def encoded(fig: Figure, ending: str, *options: int) -> bytes:

@@ -10,8 +10,6 @@ Markdown, so that a folder called ``*a*`` is shown as it is.
 """
 
 import ast
-import importlib
-import inspect
 import pkgutil
 import string
 import tomllib
@@ -161,24 +159,20 @@ def first(book: Book, verdicts: list[str]) -> str:
 
 
 def gallery(book: Book, moves: Mapping[str, list[str]]) -> str:
-    """gallery.md: every figure, with links to its chapter and to its source.
+    """gallery.md: every figure by its chapter, with links to it and to its source.
 
     Under the mouse, a card plays those pictures {figure: addresses} that there are.
     """
-    chapters = {name: chapter for chapter in book.chapters for name in chapter.figures}
-    papers: dict[str, list[dict[str, str]]] = {}
     said = agreement.said(book)
-    for entry in FIGURES.values():
-        cards = papers.setdefault(_headline(entry.function.__module__), [])
-        more = {"badge": said[entry.name], "moves": " ".join(moves.get(entry.name, ()))}
-        cards.append(_card(entry, chapters[entry.name]) | more)
-    return _filled("gallery.md", papers=papers, script=f"_static/{PLAYS.name}")
-
-
-def _headline(module: str) -> str:
-    """The first sentence of a module's text."""
-    text = inspect.getdoc(importlib.import_module(module)) or ""
-    return text.partition("\n")[0].rstrip(".")
+    chapters = [
+        (chapter, [_card(FIGURES[name], chapter) for name in chapter.figures])
+        for chapter in book.chapters
+        if chapter.figures
+    ]
+    script = f"_static/{PLAYS.name}"
+    return _filled(
+        "gallery.md", chapters=chapters, said=said, moves=moves, script=script
+    )
 
 
 def _card(entry: Entry, chapter: Chapter) -> dict[str, str]:
@@ -186,7 +180,6 @@ def _card(entry: Entry, chapter: Chapter) -> dict[str, str]:
     return {
         "name": entry.name,
         "title": ": ".join(filter(None, (entry.number, entry.title))),
-        "chapter": chapter.title,
         "page": f"{chapter.name}.html",
         "anchor": anchor(entry.name),
         "picture": f"{FILES}/{entry.name}.avif",
