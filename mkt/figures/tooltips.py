@@ -39,7 +39,7 @@ WORDS = {
     "extent": "how far the surface reaches to each side [px]",
     "features": "what the robot gets: a tracker's region, or the true one, "
     "or one that is off by so many pixels",
-    "fps": "frames a second",
+    "fps": "frames per second",
     "frame": "the number of the frame",
     "gain": "how hard the camera is pulled to its place [1/s]",
     "gamma": "the first look's share in the model",

@@ -77,7 +77,7 @@ class Beats {
         step: 0.5,
         value: 4,
         own: true,
-        title: "beats a second",
+        title: "beats per second",
       },
     };
     this.controls = new Controls(name, fields, (_values, _quick, asked) =>

@@ -292,7 +292,7 @@ class Tracking {
       `${lost ? "LOST" : "found"} \u00b7 distance ${distance.toFixed(2)} \u00b7 ` +
       `likelihood ${likelihood.toFixed(2)} \u00b7 N_eff ${nEff.toFixed(0)} \u00b7 ` +
       `${steps} Newton ${steps === 1 ? "step" : "steps"} \u00b7 ` +
-      `${cost.toFixed(1)} ms a frame \u00b7 ${rate} frames a second`;
+      `${cost.toFixed(1)} ms for a frame \u00b7 ${rate} frames per second`;
   }
 
   draw(pen, width, height) {

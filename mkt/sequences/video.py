@@ -313,7 +313,7 @@ def _is_cut(data: bytes) -> bool:
 def _unlike_rgb(image: NDArray) -> str:
     """What is wrong with a decoded image, empty where nothing is."""
     if image.dtype != np.uint8:
-        return f"{8 * image.itemsize} bits a channel, 8 are needed"
+        return f"{8 * image.itemsize} bits in each channel, 8 are needed"
     if image.ndim == 2 or image.shape[2] == 1:
         return "a grey image, but colours are what we track by"
     return "" if image.shape[2] == 3 else "it has an alpha channel"

@@ -320,6 +320,14 @@ def test_symbols_of_a_caption_are_set_as_symbols(words, html):
     assert page.marked(words) == html
 
 
+@pytest.mark.parametrize(
+    "values, ordered",
+    [([0.5, 1, 2], True), ([6, 4], False), (["a", "b"], False), ([False, True], False)],
+)
+def test_a_slider_moves_along_numbers_in_order_and_all_else_is_a_list(values, ordered):
+    assert page.is_ordered(values) == ordered
+
+
 def test_what_is_printed_is_called_by_its_number():
     numbers = {name: FIGURES[name].number for name in FIGURES}
     assert numbers["cordoba2014.table1"] == "Table 1 of [C14]"

@@ -90,7 +90,7 @@ def neighbours(
     axes = fig.subplots(1, 3, width_ratios=(1.1, 1.2, 0.9), gridspec_kw=margins)
     frame, region = _lit(cast, grain)
     curves = _sections(frame, region, ColorBins(counts=(count,) * 3))
-    show_frame(axes[0], frame, f"{count} bins a channel")
+    show_frame(axes[0], frame, f"{count} bins of each channel")
     draw_region(axes[0], region)
     off = {}
     for name, curve in curves.items():

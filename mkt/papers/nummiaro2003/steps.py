@@ -551,7 +551,7 @@ def _draw_by_frame(ax: Axes, curves: Mapping[str, Array], title: str) -> None:
         frames = np.arange(1, len(costs) + 1)
         label = f"{name}: {np.median(costs):.1f} ms"
         ax.plot(frames, costs, color=TARGETS[name], label=label)
-    ax.set(xlabel="frame", ylabel="CPU time a frame [ms]", ylim=(0, None), title=title)
+    ax.set(xlabel="frame", ylabel="CPU time for each frame [ms]", ylim=(0, None), title=title)
     ax.legend(loc="lower right")
 
 

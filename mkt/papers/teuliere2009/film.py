@@ -59,7 +59,7 @@ def _prepare(ax: Axes, experiment: Experiment, run: Run) -> None:
     largest = 1.1 * np.abs(run.errors[:, :2]).max()
     ax.axhline(0, color=DESIRED, lw=1)
     ax.set(xlim=(0, len(run.times) - 1), ylim=(-largest, largest))
-    ax.set(xlabel=f"frame, {1 / experiment.servo.dt:g} a second", ylabel="error")
+    ax.set(xlabel=f"frame, {1 / experiment.servo.dt:g} per second", ylabel="error")
     for name, color in COLORS.items():
         ax.plot([], [], color=color, lw=2, label=name)
     ax.legend(loc="lower left", ncols=2, bbox_to_anchor=(0, 1), borderaxespad=0.1)

@@ -398,7 +398,7 @@ def _finish_errors(axes: Sequence[Axes], lag: float, largest: float, fps: float)
     upper.set(ylim=(-1.1 * largest, 1.1 * largest))
     upper.legend(loc="lower left", ncols=2, bbox_to_anchor=(0, 1), borderaxespad=0.1)
     lower.set(ylim=(-0.55 * largest, 0.55 * largest))
-    lower.set_xlabel(f"frame, {fps:g} a second")
+    lower.set_xlabel(f"frame, {fps:g} per second")
 
 
 def _error_table(errors: Mapping[str, Array], experiment: Experiment) -> pd.DataFrame:
