@@ -77,7 +77,7 @@ def test_every_cell_runs(opened):
 # Controls of live figures that are left out, by a control that tells the figure.
 LEFT_OUT = {
     # The film keeps its past: what is changed holds from that frame on.
-    "beats a second": {"beats a second", "frame", "particles", "wall [px]"},
+    "beats per second": {"beats per second", "frame", "particles", "wall [px]"},
     # Each is twenty-five runs anew.
     "frames behind the wall": {"frames behind the wall", "path"},
 }

@@ -281,7 +281,7 @@ def test_the_film_goes_beat_by_beat_and_back(opened):
     said = panel.locator("p[role=status]", has_text="Frame")
     assert said.get_attribute("aria-live") is None  # it is read out again
     slide(panel, "frame").fill("8")
-    slide(panel, "beats a second").fill("20")
+    slide(panel, "beats per second").fill("20")
     panel.get_by_role("button", name="play").click()
     panel.get_by_text(re.compile(r"Frame (9|[1-5]\d) of 59")).wait_for()
     panel.get_by_role("button", name="pause").click()
@@ -879,7 +879,7 @@ def test_without_a_camera_the_clip_plays(opened, site, error, reason):
     page.get_by_role("button", name="Use the camera").click()
     page.get_by_text(reason).wait_for()
     page.get_by_role("button", name="Track what is in the box").click()
-    page.get_by_text("frames a second").wait_for()
+    page.get_by_text("frames per second").wait_for()
     assert "found" in page.locator("[data-live=track]").inner_text()
 
 
@@ -920,7 +920,7 @@ def test_a_box_is_drawn_with_keys_alone(opened):
         page.wait_for_timeout(200)
         assert sign * (box_on(stage)[side] - before[side]) > 5
     stage.press("Enter")
-    page.get_by_text("frames a second").wait_for()
+    page.get_by_text("frames per second").wait_for()
 
 
 def box_on(canvas):

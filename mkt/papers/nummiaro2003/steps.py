@@ -534,7 +534,7 @@ def _costs_by_area(bins: Bins) -> dict[str, Array]:
     """CPU times [ms] for `HALVES`: with a point for each pixel, and the fixed grid."""
     fine = [histogram_cost(bins, half, as_pixels=True) for half in HALVES]
     fixed = [histogram_cost(bins, half) for half in HALVES]
-    return {"a point a pixel": np.array(fine), "fixed grid": np.array(fixed)}
+    return {"a point for each pixel": np.array(fine), "fixed grid": np.array(fixed)}
 
 
 def _costs(against: str, at: ArrayLike, curves: Mapping[str, Array]) -> pd.DataFrame:
@@ -551,7 +551,7 @@ def _draw_by_frame(ax: Axes, curves: Mapping[str, Array], title: str) -> None:
         frames = np.arange(1, len(costs) + 1)
         label = f"{name}: {np.median(costs):.1f} ms"
         ax.plot(frames, costs, color=TARGETS[name], label=label)
-    ax.set(xlabel="frame", ylabel="CPU time for each frame [ms]", ylim=(0, None), title=title)
+    ax.set(xlabel="frame", ylabel="CPU time [ms]", ylim=(0, None), title=title)
     ax.legend(loc="lower right")
 
 
