@@ -162,7 +162,7 @@ def test_fig5_cost_is_linear_in_samples_and_in_pixels_and_flat_on_the_fixed_grid
         "car": 25,
         "a frame": 5,
         "histograms": 5,
-        "a point for each pixel": 5,
+        "every pixel": 5,
         "fixed grid": 5,
     }
 

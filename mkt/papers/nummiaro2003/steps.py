@@ -534,7 +534,7 @@ def _costs_by_area(bins: Bins) -> dict[str, Array]:
     """CPU times [ms] for `HALVES`: with a point for each pixel, and the fixed grid."""
     fine = [histogram_cost(bins, half, as_pixels=True) for half in HALVES]
     fixed = [histogram_cost(bins, half) for half in HALVES]
-    return {"a point for each pixel": np.array(fine), "fixed grid": np.array(fixed)}
+    return {"every pixel": np.array(fine), "fixed grid": np.array(fixed)}
 
 
 def _costs(against: str, at: ArrayLike, curves: Mapping[str, Array]) -> pd.DataFrame:
