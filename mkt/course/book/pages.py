@@ -11,6 +11,7 @@ Markdown, so that a folder called ``*a*`` is shown as it is.
 
 import ast
 import pkgutil
+import re
 import string
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
@@ -20,7 +21,7 @@ from typing import Any
 
 import jinja2
 import numpy as np
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 import mkt
 from mkt.course.book import agreement, live
@@ -35,6 +36,7 @@ from mkt.experiments.claims import (
     SUPPORTED,
     TIE,
     UNTESTED,
+    Claim,
     Line,
     Result,
 )
@@ -198,7 +200,7 @@ def source_page(function: Callable) -> str:
     return f"_modules/{page}.html#{function.__name__}"
 
 
-def claims(results: list[Result], made: shipped.Made) -> str:
+def claims(book: Book, results: list[Result], made: shipped.Made) -> str:
     """claims.md: every judged claim with its numbers and its verdict."""
     verdicts = [result.verdict for result in results]
     pairs = {
@@ -215,7 +217,33 @@ def claims(results: list[Result], made: shipped.Made) -> str:
         made=made,
         changed=bool(shipped.changed(shipped.CLAIMED, made)),
         modules=list(modules),
+        printed={one.claim.name: printed(one.claim, book) for one in results},
     )
+
+
+def printed(claim: Claim, book: Book) -> Markup:
+    """Where the paper says it; the numbers of figures and tables lead to ours."""
+    places = {
+        FIGURES[name].number: f"{chapter.name}.html#{anchor(name)}"
+        for chapter in book.chapters
+        for name in chapter.figures
+    }
+
+    paper = claim.name.partition("-")[0]
+
+    def linked(phrase: re.Match) -> str:
+        kind, *numbers = re.split(r"(\d+)", phrase[0])
+        title = kind.strip(" s").capitalize()
+        named = (places.get(f"{title} {each} of [{paper}]") for each in numbers)
+        pairs = zip(numbers, named, strict=True)
+        return kind + "".join(_link(words, place) for words, place in pairs)
+
+    words = str(escape(claim.printed))
+    return Markup(re.sub(r"(?:figures?|Table) \d+(?: (?:and|to) \d+)*", linked, words))
+
+
+def _link(words: str, place: str | None) -> str:
+    return f'<a href="{place}">{words}</a>' if place else words
 
 
 def forest(line: Line) -> dict[str, float] | None:

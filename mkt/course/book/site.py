@@ -91,7 +91,7 @@ def _pages(book: Book, notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
         "conf.py": pages.configuration(book),
         "index.md": pages.first(book, [result.verdict for result in results]),
         "gallery.md": pages.gallery(book, positions.of_first_sliders(notebooks)),
-        "claims.md": pages.claims(results, made),
+        "claims.md": pages.claims(book, results, made),
         "leaderboard.md": pages.leaderboard(boards),
         "after.md": pages.after(boards),
         "tasks.md": pages.tasks(),
