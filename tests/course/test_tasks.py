@@ -74,7 +74,7 @@ def test_all_tasks_can_be_typed_in_one_after_the_other(a_ball, tmp_path, capsys)
     assert names["surface"].argmin() == 20 * 41 + 20  # least where it was learnt
     assert names["few"].n == 100
     assert names["crowd"].info["particles"].shape == (len(names["clip"]), 100, 5)
-    assert len(names["rows"]) == 2 * 2
+    assert len(names["rows"]) == 2 * 6
     assert {path.name for path in tmp_path.glob("out.*")} == {"out.webm", "out.csv"}
     assert "999" in capsys.readouterr().out
     still = mkt.track(mkt.TRACKERS["still"], names["clip"])
