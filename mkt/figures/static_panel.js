@@ -50,8 +50,8 @@ function begin(panel) {
       image.alt = `${data.title} ${said(data.titles, shown, Object.keys(shown))}.`;
     }
     if (note) {
-      note.textContent = moved
-        ? said(data.titles, shown, group.names) + (others.length ? BACK : ".")
+      note.innerHTML = moved
+        ? said(data.marked, shown, group.names) + (others.length ? BACK : ".")
         : first;
     }
   };
@@ -75,6 +75,12 @@ function begin(panel) {
     }
     link.click();
   };
+
+  const [around, swipe] = [".mkt-shown", ".mkt-swipe"].map((name) =>
+    panel.querySelector(name),
+  );
+  const tell = () => (swipe.hidden = around.scrollWidth <= around.clientWidth);
+  new ResizeObserver(tell).observe(around);
 
   for (const control of controls)
     control.addEventListener("input", () => show(control));

@@ -161,6 +161,7 @@ class StaticPanel:
             "live": self._live,
             "shown": self._labels(),
             "titles": {name: title(name) for name in self._labels()},
+            "marked": {name: marked(title(name)) for name in sliders},
             "sliders": sliders,
             "groups": self._groups,
             # The first one is the picture that stands there.

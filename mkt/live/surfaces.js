@@ -131,7 +131,7 @@ class Surfaces {
     const hint = el(
       "p",
       { class: "mkt-note" },
-      "Drag the box, its knob, or the cross on a map; arrow keys " + "move it too.",
+      "Drag the box, its knob, or the red cross on a map; arrow keys move it, too.",
     );
     const three = [this.frame, ...this.canvases, this.cut].map(({ node }) => node);
     const stage = el("div", { class: "mkt-stage" }, ...three);

@@ -40,13 +40,14 @@ def homography(pose: Array, camera: Camera, sides: ArrayLike) -> Array:
 
 
 def poses(seen: Array, camera: Camera, sides: ArrayLike) -> list[Array]:
-    """The two poses (4, 4) that explain a homography best, the better one first.
+    """The poses (4, 4) that explain a homography, the better one first.
 
     A plane that is tilted to one side looks nearly as if tilted to the other where the
     perspective is weak; ``cv2.solvePnPGeneric`` with IPPE (Collins and Bartoli, 2014)
     gives both.  Each is then fitted to the four corners (``cv2.solvePnPRefineLM``): by
     itself IPPE takes the size of a tilt from how much the plane is shortened, which
-    near a right angle is next to nothing, and says 6 to 10 degrees for 2.
+    near a right angle is next to nothing, and says 6 to 10 degrees for 2.  Where the
+    perspective is strong enough both come to the same pose, which then stands twice.
 
     Parameters
     ----------

@@ -145,7 +145,7 @@ def test_the_tables_hold_what_is_drawn():
 
 
 def test_t09_i_over_six_hands():
-    """All but the filter's fifth, which more hands must decide."""
+    """All but the filter's fifth, a line of ours that 32 hands do not decide."""
     (measured,) = claims.measure(["T09-i"], range(6))
     medians = [np.median(part.values) for part in measured.parts]
     raw, filtered, calm, peak, right, *asked_first = medians

@@ -30,6 +30,14 @@ def test_the_pose_comes_back_from_its_homography(seed):
     assert np.allclose(found[0], pose, atol=1e-6)
 
 
+@pytest.mark.parametrize("tilt, away, apart", [(10, 0.8, False), (40, 2.0, True)])
+def test_of_two_poses_one_is_left_where_the_perspective_is_strong(tilt, away, apart):
+    pose = pose_at([np.deg2rad(tilt), 0, 0], [0, 0, away])
+    one, other = planes.poses(planes.homography(pose, CAMERA, SIDES), CAMERA, SIDES)
+    assert np.allclose(one, pose, atol=1e-5)
+    assert np.allclose(one, other, atol=1e-3) != apart
+
+
 def test_near_a_right_angle_corners_a_little_off_say_a_little_tilt():
     """Their perspective tells it; how much the plane is shortened says 6 degrees."""
     rng = np.random.default_rng(0)

@@ -53,6 +53,8 @@ def lighten(folder: Path) -> None:
     }
     for film in (folder / "_static").glob("*.gif"):
         _reduce_film(film)
+    for origin in folder.rglob("*.map"):  # of the theme, for those who make it
+        origin.unlink()
     for page in folder.rglob("*.html"):
         text = page.read_text(encoding="utf-8")
         beside = Path(os.path.relpath(folder / FOLDER, page.parent)).as_posix()

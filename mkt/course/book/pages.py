@@ -42,7 +42,7 @@ from mkt.experiments.claims import (
 )
 from mkt.experiments.claims_as_text import measured
 from mkt.figures.registry import FIGURES, Entry
-from mkt.figures.static_panel import FILES, SCRIPT, STYLE
+from mkt.figures.static_panel import FILES, SCRIPT, STYLE, marked
 from mkt.files import DATA, ROOT
 from mkt.scenes.drawn import drawn
 from mkt.trackers.by_name import LABELS
@@ -179,9 +179,10 @@ def gallery(book: Book, moves: Mapping[str, list[str]]) -> str:
 
 def _card(entry: Entry, chapter: Chapter) -> dict[str, str]:
     """What a page needs to know of a figure."""
+    titles = entry.number, entry.title
     return {
         "name": entry.name,
-        "title": ": ".join(filter(None, (entry.number, entry.title))),
+        "title": Markup(marked(": ".join(filter(None, titles)).rstrip("."))),
         "page": f"{chapter.name}.html",
         "anchor": anchor(entry.name),
         "picture": f"{FILES}/{entry.name}.avif",

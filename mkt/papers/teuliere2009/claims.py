@@ -232,8 +232,9 @@ def the_combination_is_as_accurate(runs: Runs) -> list[Part]:
     """The combination with 75 particles is as accurate as the particle filter with 500.
 
     As accurate means at most .02 of overlap worse.  75 of 500 particles are 85 % fewer;
-    the paper's conclusion says 75 %.  It says so of a target that is sharp and hidden
-    for a while: *fast* and *blur* are our question.  At first they had a say, too.
+    the paper's conclusion says 75 %.  As accurate it is called for a target that is
+    sharp and hidden for a while: *fast* and *blur* are our question.  At first they had
+    a say, too.
     """
     return [
         Part(
@@ -365,11 +366,11 @@ def the_self_motion_is_compensated(runs: Runs) -> list[Part]:
     """In servoing, compensation lowers the error; sudden changes leave a transient.
 
     Compensation is by the estimate of the target's own motion, changes are those of its
-    velocity.  The combination with 75 particles in the loop at 5 frames a second; for
-    each seed another hand drives the car.  A fifth, and 5 % in steady motion, are what
-    we had asked for before the runs.  The paper says "reducing", so that less than
-    without is asked since then.  In steady motion: between 2.4 s after a change of the
-    velocity and the next; after a reversal: for one second.
+    velocity. The combination with 75 particles in the loop at 5 frames per second; for
+    each seed another hand drives the car. A fifth, and 5 % in steady motion, are what
+    we had asked for before the runs. The paper says only "reducing", and so we now ask
+    for less than without compensation. In steady motion: between 2.4 s after a change
+    of the velocity and the next; after a reversal: for one second.
     """
     hands = pd.DataFrame(over_seeds(_followed, runs.seeds))
     without = "over no compensation"
