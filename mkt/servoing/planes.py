@@ -39,15 +39,15 @@ def homography(pose: Array, camera: Camera, sides: ArrayLike) -> Array:
     return h / h[2, 2]
 
 
-def poses(seen: Array, camera: Camera, sides: ArrayLike) -> list[Array]:
-    """The poses (4, 4) that explain a homography, the better one first.
+def pose_of(seen: Array, camera: Camera, sides: ArrayLike) -> Array:
+    """The pose (4, 4) that explains a homography best.
 
     A plane that is tilted to one side looks nearly as if tilted to the other where the
     perspective is weak; ``cv2.solvePnPGeneric`` with IPPE (Collins and Bartoli, 2014)
-    gives both.  Each is then fitted to the four corners (``cv2.solvePnPRefineLM``): by
-    itself IPPE takes the size of a tilt from how much the plane is shortened, which
-    near a right angle is next to nothing, and says 6 to 10 degrees for 2.  Where the
-    perspective is strong enough both come to the same pose, which then stands twice.
+    gives both.  Each is then fitted to the four corners (``cv2.solvePnPRefineLM``), and
+    the better one counts: by itself IPPE takes the size of a tilt from how much the
+    plane is shortened, which near a right angle is next to nothing, and says 6 to 10
+    degrees for 2.
 
     Parameters
     ----------
@@ -60,17 +60,16 @@ def poses(seen: Array, camera: Camera, sides: ArrayLike) -> list[Array]:
     rectangle = outline([0, 0, 0, *np.asarray(sides, float) / 2])
     in_space = np.column_stack([rectangle, np.zeros(4)])
     image = np.ascontiguousarray(corners(seen))
-    method = cv2.SOLVEPNP_IPPE
-    found = cv2.solvePnPGeneric(in_space, image, camera.matrix, None, flags=method)
+    given = in_space, image, camera.matrix, None
+    found = cv2.solvePnPGeneric(*given, flags=cv2.SOLVEPNP_IPPE)
     fitted = []
     for turn, way in zip(found[1], found[2], strict=True):
-        given = in_space, image, camera.matrix, None
         turn, way = (
             np.asarray(part, float) for part in cv2.solvePnPRefineLM(*given, turn, way)
         )
         again = cv2.projectPoints(in_space, turn, way, camera.matrix, None)[0][:, 0]
         fitted.append((np.sum((again - image) ** 2), _pose(turn, way)))
-    return [pose for _, pose in sorted(fitted, key=lambda each: each[0])]
+    return min(fitted, key=lambda each: each[0])[1]
 
 
 def _pose(turn: Array, way: Array) -> Array:

@@ -273,7 +273,7 @@ def test_starts_are_as_far_off_as_they_say():
     assert np.allclose(start_from("base", 500, 0, 0, 0, 0), truth)
     tilted = start_from("base", 500, 0, 0, 0, 30)
     before, after = (
-        planes.poses(h, Camera(), region[3:])[0][:3, 2] for h in (truth, tilted)
+        planes.pose_of(h, Camera(), region[3:])[:3, 2] for h in (truth, tilted)
     )
     assert np.isclose(np.rad2deg(np.arccos(before @ after)), 30, atol=0.01)
 

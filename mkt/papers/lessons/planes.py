@@ -155,7 +155,7 @@ def start_from(
     sign, larger = rng.choice([-1, 1], 2)
     camera = Camera()
     sides = 2 * region[3:] / Camera().focal
-    pose = planes.poses(truth, camera, sides)[0]
+    pose = planes.pose_of(truth, camera, sides)
     about = np.deg2rad(tilt) * np.array([np.cos(axis), np.sin(axis), 0])
     pose[:3, :3] = pose[:3, :3] @ Rotation.from_rotvec(about).as_matrix()
     tilted = planes.homography(pose, camera, sides) if tilt else truth
