@@ -6,8 +6,8 @@ The state s = (x, y, theta, ln size) follows a second-order autoregression,
 
 with one root at 1, because nothing pulls a target to a place in the image.  So what is
 learnt is how a *change* follows from the last one: phi and sigma for each component.
-Places are in units of the target, as in `mkt.particles.Motion`, which is the same model
-with phi and sigma set by hand, for the place alone.
+Places are in units of the target, as in `mkt.particles.Motion`, whose phi and sigma
+are set by hand, and which carries on the velocity of the place alone.
 
 Explained in notebook 17.
 """
@@ -29,7 +29,7 @@ class AutoRegression:
     """The model of the module's text, a motion model for a `ParticleFilter`.
 
     The three numbers of a field belong to the place, in sqrt(hx hy) a frame, to the
-    orientation [rad a frame] and to the logarithm of the size.  `learnt` finds them.
+    orientation [rad/frame] and to the logarithm of the size.  `learnt` finds them.
 
     Parameters
     ----------

@@ -56,6 +56,22 @@ def numbers(
             raise ValueError(f"{field} is {value}; {need}")
 
 
+def is_number(value: Any, least: float) -> bool:
+    """Whether this is a finite number from `least` on."""
+    return isinstance(value, Real) and least <= float(value) < np.inf
+
+
+def are_finite(numbers: Any, *shape: int | None) -> bool:
+    """Whether numbers are finite and of a shape, None for any length but 0."""
+    try:
+        array = np.array(numbers, float)
+    except (TypeError, ValueError):
+        return False
+    fits = array.ndim == len(shape) and array.size > 0
+    fits = fits and all(n in (None, m) for n, m in zip(shape, array.shape, strict=True))
+    return bool(fits and np.isfinite(array).all())
+
+
 def positive(specification: Any, *fields: str) -> None:
     """Refuse a field that is not a positive, finite number."""
     need = "it must be positive, and finite"

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from mkt import checks
-from mkt.checks import LONGEST, checked_frame, one_of
+from mkt.checks import LONGEST, are_finite, checked_frame, one_of, shares
 from mkt.types import Frame, NDArray
 
 SPACES = {"hsv": (10, 10, 10), "rgb": (8, 8, 8), "hs": (10, 10)}
@@ -206,16 +206,12 @@ class ColorBins:
         one_of(self, space=SPACES)
         if self.counts is not None:
             _check_counts(self.counts, len(SPACES[self.space]), f"{self.space} takes")
-        if len(self.shift) != 3 or not np.isfinite(self.shift).all():
+        if not are_finite(self.shift, 3):
             raise ValueError(
                 f"shift is {self.shift}; give three finite numbers, in bins"
             )
         _check_m(self.m, self.counts)
-        for field in ("s_min", "v_min"):
-            if not 0 <= getattr(self, field) <= 1:
-                raise ValueError(
-                    f"{field} is {getattr(self, field)}; it must lie between 0 and 1"
-                )
+        shares(self, "s_min", "v_min")
 
     @property
     def _counts(self) -> tuple[int, ...]:

@@ -290,9 +290,11 @@ def restarted(tracker: Tracker, clip: Sequence, seed: int = 0) -> Restarted:
     Raises
     ------
     ValueError
-        Where the tracker refuses its first start, and for what is no tracker.
+        Where the tracker refuses its first start, and for what is no tracker, no
+        `Sequence` or no seed.
     """
     check_tracker(tracker)
+    of_kind(clip, Sequence, "clip", "give a Sequence, such as mkt.video(path, box)")
     check_seed(seed)
     rng = np.random.default_rng(seed)
     seen = _seen(clip)

@@ -42,6 +42,7 @@ from mkt.regions import as_regions
 from mkt.types import Array, ArrayLike, NDArray
 
 FAR = 1e9  # px; beyond it single precision has no places left
+OUTSIDE = np.array([[0, 0, -1e6], [0, 0, -1e6], [0, 0, 1.0]])  # of every image
 IN_CACHE = 130_000  # samples whose positions and labels the processor's cache holds
 
 
@@ -69,8 +70,8 @@ def histograms(image: BinImage, kernels: Kernels, regions: ArrayLike) -> NDArray
     Raises
     ------
     ValueError
-        For kernels that are not fitted, regions of another shape, and more samples than
-        OpenCV can look up.
+        For kernels that are not fitted, or of which one covers no sample; regions of
+        another shape; and more samples than OpenCV can look up.
     """
     return normalised(counts(image, kernels, regions))
 
@@ -256,15 +257,15 @@ def _chunk(kernels: Kernels) -> int:
 def _matrices(image: BinImage, places: Array) -> NDArray:
     """The maps (N, r, 3) to the image; those that are hardly finite go far outside."""
     matrices = maps(places)
+    near = np.abs(matrices) < FAR
+    if not near.all():
+        matrices[~near.all((1, 2))] = OUTSIDE[: matrices.shape[1]]
     rows = matrices[:, :2]
     if places.ndim == 2:
         rows[..., 2] -= image.origin
     else:
         rows -= np.array(image.origin)[:, None] * matrices[:, 2:]
     rows /= image.pitch
-    near = np.abs(matrices) < FAR
-    if not near.all():
-        matrices[~near.all((1, 2))] = -1e6
     return matrices.astype(np.float32)
 
 

@@ -25,7 +25,7 @@ class Particles(NamedTuple):
     Attributes
     ----------
     regions : (N, 5) array [px, rad]
-    velocities : (N, 2) array [px a frame]
+    velocities : (N, 2) array [px/frame]
         Or whatever else a motion model carries from frame to frame, one row for each
         particle.
     """
@@ -65,7 +65,7 @@ class Motion:
     velocity : float
         Of the velocity, in the same unit.
     angle : float
-        Of the orientation [rad a frame].
+        Of the orientation [rad/frame].
     scale : float
         Of the logarithm of the size.
     damping : float

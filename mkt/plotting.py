@@ -163,16 +163,15 @@ def draw_tracked(
     draw_region(ax, estimate, color, lw=1.7, path_effects=rim)
 
 
-def plot_track(
-    fig: Figure, track: Track, clip: Clip, frame: int, color: str = CURRENT
-) -> None:
+def plot_track(fig: Figure, track: Track, clip: Clip, frame: int) -> None:
     """A frame of a track on its sequence, and below it the course of the distance."""
     upper, lower = fig.subplots(2, 1, height_ratios=(3, 1))
     title = f"{clip.name}, frame {frame}{', lost' if track.lost[frame] else ''}"
     image, truth = clip.frames[frame], clip.truth[frame]
-    draw_tracked(upper, image, truth, track.regions[frame], color, title)
+    draw_tracked(upper, image, truth, track.regions[frame], CURRENT, title)
     times = np.arange(len(track.lost))
-    lower.plot(track.info.get("distance", np.full(len(times), np.nan)), color=color)
+    distances = track.info.get("distance", np.full(len(times), np.nan))
+    lower.plot(distances, color=CURRENT)
     shade_frames(lower, times, track.lost, color=DESIRED, alpha=0.2)
     lower.axvline(frame, color=TRUTH, lw=1)
     end = max(times[-1], 1)

@@ -91,16 +91,17 @@ def masked(kernels: Kernels, mask: ArrayLike) -> Silhouette:
 
 
 def patch(frame: Frame, region: ArrayLike, around: float = AROUND) -> Frame:
-    """The square round a region, upright and SIDE `around` pixels wide: (n, n, 3).
+    """The square round a region, upright and about SIDE `around` wide: (n, n, 3).
 
-    Beyond the image the pixels of its border are repeated.  ValueError for an array
-    that is not a frame, and for a region without area or outside the image.
+    The region is its SIDE x SIDE pixels in the middle.  Beyond the image the pixels of
+    its border are repeated.  ValueError for an array that is not a frame, and for a
+    region without area or outside the image.
     """
     frame = checked_frame(frame)
     region = checked_region(region)
     if outside(region, frame.shape):
         raise ValueError(f"the region {in_words(region)} lies outside the image")
-    n = round(SIDE * around)
+    n = SIDE + 2 * round(SIDE * (around - 1) / 2)
     to_canonical = np.array([[2 / SIDE, 0, 0], [0, 2 / SIDE, 0], [0, 0, 1.0]])
     to_canonical[:2, 2] = (1 - n) / SIDE
     A = warp_matrices(region) @ to_canonical

@@ -123,9 +123,10 @@ def _check_shape(name: str, found: Any, wanted: tuple[int, ...]) -> None:
     if found.dtype.kind not in "biuf":
         raise ValueError(f"{name} holds {found.dtype}; give numbers")
     if found.shape != wanted:
+        boxes = "; mkt.regions.from_box makes regions of boxes" if wanted[1:] else ""
         raise ValueError(
             f"{name} has the shape {found.shape}; its frames ask for {wanted}, NaN "
-            "where nothing is known; mkt.regions.from_box makes regions of boxes"
+            f"where nothing is known{boxes}"
         )
 
 

@@ -136,7 +136,7 @@ def finite(name, info):
 
 def walked(name, frame, region, later):
     """Start a tracker, take a step for each later frame, and check what it answers."""
-    tracker, rng = by_name.get(name), np.random.default_rng(0)
+    tracker, rng = by_name.TRACKERS[name], np.random.default_rng(0)
     state = told(partial(tracker.init, frame, region, rng))
     if state is None:
         return
@@ -195,7 +195,7 @@ def test_regions_of_any_numbers(name, region):
 )
 def test_a_wrong_region_is_refused_in_a_sentence(name, region, said):
     with pytest.raises(ValueError, match=said):
-        by_name.get(name).init(BLOCKS, region, np.random.default_rng(0))
+        by_name.TRACKERS[name].init(BLOCKS, region, np.random.default_rng(0))
 
 
 WRONG_FRAMES = {
@@ -215,7 +215,7 @@ WRONG_FRAMES = {
 @pytest.mark.parametrize("name", by_name.TRACKERS)
 @pytest.mark.parametrize("wrong", WRONG_FRAMES.values(), ids=WRONG_FRAMES)
 def test_a_wrong_frame_is_refused_at_the_start_and_later(name, wrong):
-    tracker, rng = by_name.get(name), np.random.default_rng(0)
+    tracker, rng = by_name.TRACKERS[name], np.random.default_rng(0)
     with pytest.raises(ValueError, match=r"a frame must be \(H, W, 3\) uint8 RGB"):
         tracker.init(wrong, GOOD, rng)
     state = tracker.init(BLOCKS, GOOD, rng)
@@ -247,7 +247,7 @@ def first_nan(values):
 @pytest.mark.parametrize("name", QUICK)
 @pytest.mark.parametrize("change", [all_nan, first_nan], ids=["all NaN", "one NaN"])
 def test_a_state_with_nan_never_makes_an_estimate_of_nan(name, change):
-    tracker = by_name.get(name)
+    tracker = by_name.TRACKERS[name]
     states = list(broken(tracker.init(BLOCKS, GOOD, np.random.default_rng(0)), change))
     assert states
     for state in states:
@@ -263,7 +263,7 @@ def far_away(values):
 
 @pytest.mark.parametrize("name", QUICK)
 def test_particles_that_all_left_the_image_are_a_lost_target(name):
-    tracker, rng = by_name.get(name), np.random.default_rng(0)
+    tracker, rng = by_name.TRACKERS[name], np.random.default_rng(0)
     away = list(broken(tracker.init(BLOCKS, GOOD, rng), far_away))
     for state in away:
         _, info = tracker.step(state, BLOCKS, rng)

@@ -150,8 +150,10 @@ def test_wrong_frames_are_refused(frame):
         {"space": "rgb", "counts": (64, 64, 64)},
         {"s_min": 1.5},
         {"v_min": -0.1},
+        {"v_min": "dark"},
         {"shift": (0, 0)},
         {"shift": (np.nan, 0, 0)},
+        {"shift": 0.5},
     ],
 )
 def test_bad_bins_are_named(arguments):

@@ -221,7 +221,7 @@ def test_a_wrong_orientation_fails_where_the_truth_has_one(upright, failed):
 class Drifting(NamedTuple):
     """A tracker that walks off in a straight line, whatever it sees."""
 
-    step_by: tuple[float, float]  # (dx, dy) [px a frame]
+    step_by: tuple[float, float]  # (dx, dy) [px/frame]
 
     def init(self, frame, region, rng):
         return np.array(region)
@@ -356,6 +356,8 @@ def test_restarts_refuse_what_is_no_tracker_as_tracks_do():
     still = seen(from_box(np.tile([100.0, 100, 20, 20], (20, 1))))
     with pytest.raises(ValueError, match="is no tracker"):
         restarted(Drifting, still)
+    with pytest.raises(ValueError, match="clip is of the type str; give a Sequence"):
+        restarted(Drifting((0.0, 0.0)), "film.avi")
 
 
 def test_a_frame_whose_true_region_is_not_known_is_not_scored():

@@ -121,14 +121,28 @@ def test_parts_outside_the_image_have_coefficient_zero():
     half_outside = histograms(image, kernels, [0.0, 24.0, 0.0, 30.0, 30.0])
     rho = coefficient(half_outside, histograms(image, kernels, [32, 24, 0, 9, 9]))
     assert np.allclose(rho.reshape(3, 3), [[0, 1, 1]] * 3)
-    for lost in (
+
+
+@pytest.mark.parametrize("samples", [20**2, 33**2])
+@pytest.mark.parametrize("layout", ["tiles", "3x3", "ellipse"])
+@pytest.mark.parametrize(
+    "lost",
+    [
         [1e9, 0, 0, 9, 9],
+        [1e10, 0, 0, 9, 9],
         [np.nan] * 5,
         [np.inf, 0, 0, 9, 9],
         [30, 20, 0, np.nan, 9],
         [30, 20, 0.3, 9, np.inf],
-    ):
-        assert (histograms(image, kernels, lost) == 0).all()
+        np.full((3, 3), np.nan),
+        np.diag([1e12, 1, 1]),
+        [[9, 0, np.inf], [0, 9, 20], [0, 0, 1]],
+    ],
+)
+def test_nothing_is_counted_in_what_is_not_finite_or_too_far(samples, layout, lost):
+    kernels = Kernels(layout, "uniform", aspect=1.0, samples=samples)
+    image = BinImage(np.zeros((48, 64), np.uint8), ColorBins().m)
+    assert (histograms(image, kernels, [lost]) == 0).all()
 
 
 def noise_and_regions(n=70):

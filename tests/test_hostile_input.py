@@ -99,7 +99,7 @@ def test_settings_with_any_entries(car, tmp_path, changes):
 )
 def test_settings_with_any_numbers(car, tmp_path, name, values):
     path = tmp_path / "x.json"
-    known = numbers_of(by_name.get(name))
+    known = numbers_of(by_name.TRACKERS[name])
     changed = dict(zip(known, values, strict=False))
     good = asdict(settled(car, BOX, name))
     path.write_text(json.dumps(good | {"numbers": changed}))

@@ -223,7 +223,7 @@ def test_a_start_that_is_no_region_is_told():
     [
         ({"truth": np.zeros((LENGTH, 4))}, r"truth has the shape .*, 4\);.*from_box"),
         ({"truth": [START] * LENGTH}, "truth is of the type list"),
-        ({"visibility": np.ones(LENGTH + 1)}, "visibility has the shape"),
+        ({"visibility": np.ones(LENGTH + 1)}, "visibility has .* is known$"),
         ({"visibility": np.full(LENGTH, "all")}, "visibility holds <U3; give numbers"),
         ({"visibility": np.full(LENGTH, 1.5)}, "visibility has 1.5 in it"),
     ],

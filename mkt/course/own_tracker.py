@@ -18,7 +18,7 @@ from mkt.files import DataError
 from mkt.registry import UnknownName
 from mkt.scenes.drawn import Drawn
 from mkt.trackers import by_name
-from mkt.tracking import Tracker
+from mkt.tracking import Tracker, checked_step
 
 WANTED = (
     "a tracker is a frozen dataclass with the methods init and step, whose fields all "
@@ -60,14 +60,16 @@ def enter_for_ranking(name: str) -> str:
     Raises
     ------
     ValueError
-        As `enter` does, and for an info without the evaluations.
+        As `enter` does, for a step that is none, and for an info without the
+        evaluations.
     """
     if ":" in enter(name):
         clip = Drawn("base", 0).sequence()
         rng = np.random.default_rng(0)
-        tracker = by_name.get(name)
+        tracker = by_name.TRACKERS[name]
         state = tracker.init(clip.frames[0], clip.truth[0], rng)
-        if "evaluations" not in tracker.step(state, clip.frames[1], rng)[1]:
+        stepped = tracker.step(state, clip.frames[1], rng)
+        if "evaluations" not in checked_step(tracker, stepped)[1]:
             raise ValueError(
                 f"{name}: its info has no evaluations, the regions that it looked at; "
                 "make it with mkt.report"
@@ -107,7 +109,7 @@ def failed(error: Exception) -> DataError | None:
 
     None where no line of one was on the way to the error.
     """
-    own = [by_name.get(name) for name in by_name.TRACKERS if ":" in name]
+    own = [made for name, made in by_name.TRACKERS.items() if ":" in name]
     files = {inspect.getfile(type(tracker)) for tracker in own}
     stack = traceback.extract_tb(error.__traceback__)
     theirs = [(f.filename, f.lineno) for f in stack if f.filename in files]

@@ -237,8 +237,8 @@ def tracker_table() -> str:
     clip = replace(Drawn("base").scene(), length=FRAMES).sequence()
     clip = replace(clip, frames=list(clip.frames))
     fine = Kernels("tiles", "uniform", samples=4800)
-    trackers = {by_name.LABELS[name]: by_name.get(name) for name in TIMED}
-    trackers["(3) at the full grid"] = replace(by_name.get("pf-500"), kernels=fine)
+    trackers = {by_name.LABELS[name]: by_name.TRACKERS[name] for name in TIMED}
+    trackers["(3) at the full grid"] = replace(by_name.TRACKERS["pf-500"], kernels=fine)
     work = {name: (lambda one=one: track(one, clip)) for name, one in trackers.items()}
     times = side_by_side(work, repeats=3)
     each = {name: t / FRAMES for name, t in times.items()}

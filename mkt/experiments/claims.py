@@ -86,12 +86,12 @@ class Claim:
 
     @property
     def sentence(self) -> str:
-        """The claim in our words: first sentence of the docstring."""
+        """The claim in our words: first paragraph of the docstring."""
         return _paragraphs(self.function)[0].replace("\n", " ")
 
     @property
     def remark(self) -> str:
-        """How it is measured: the docstring after its first sentence, as one line."""
+        """How it is measured: the docstring after its first paragraph, as one line."""
         return " ".join(_paragraphs(self.function)[1:]).replace("\n", " ")
 
     def jobs(self, seeds: Iterable[int]) -> dict[Cell, list[Job]]:
@@ -217,7 +217,7 @@ def claim(name: str, printed: str, **needs: dict[str, Tracker]) -> Callable:
 
 def contenders(*names: str, **others: Tracker) -> dict[str, Tracker]:
     """Trackers for a claim, by their names, and others under labels of their own."""
-    return {name: by_name.get(name) for name in names} | others
+    return {name: by_name.TRACKERS[name] for name in names} | others
 
 
 def over_seeds(function: Callable[[int], Any], seeds: Sequence[int]) -> list[Any]:

@@ -142,13 +142,16 @@ def recorded(
     Raises
     ------
     ValueError
-        For an unknown tracker, and without a seed.
+        For an unknown tracker, without a seed, and for an unknown sequence.
+    DataError
+        For a folder of benchmarks that is not there.
     """
     trackers = _trackers(names, seeds)
     usable, troubles = benchmarks.usable(map(benchmarks.named, on))
     found = {o: w for o, w in usable.items() if archive in ("", o.archive.name)}
-    begun = [part for one in found for part in parts(one, starts)]
-    sources = begun if starts else list(found)
+    sources: list[Named] = list(found)
+    if starts:
+        sources = [part for one in found for part in parts(one, starts)]
     if not sources:
         return [], troubles
     jobs = _repeated(trackers, sources, seeds)
@@ -158,7 +161,7 @@ def recorded(
     data = f"Real sequences: {there}."
     if starts:
         data += (
-            f" {len(begun)} parts of them, at most {LONGEST} frames long: each "
+            f" {len(sources)} parts of them, at most {LONGEST} frames long: each "
             f"sequence from {starts} frames forwards, and from {starts} backwards."
         )
         rows[["start", "way"]] = [(job.source.start, job.source.way) for job in jobs]
@@ -264,7 +267,7 @@ def _dated(board: Board, made: release.Made) -> Board:
 def _trackers(names: Iterable[str], seeds: Sequence[int]) -> dict[str, Tracker]:
     if not seeds:
         raise ValueError("no seeds; there must be at least one, such as 0:1")
-    return {name: by_name.get(name) for name in list(names) or by_name.TRACKERS}
+    return {name: by_name.TRACKERS[name] for name in list(names) or by_name.TRACKERS}
 
 
 def draws(tracker: Tracker) -> bool:

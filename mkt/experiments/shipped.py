@@ -13,7 +13,7 @@ import datetime
 import hashlib
 import inspect
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -92,7 +92,7 @@ def codes_of(table: Path) -> dict[str, str]:
     part, under its own.  Of these it is what is measured, however figures are drawn.
     """
     if table.stem in RANKED:
-        return {name: _code_of_tracker(by_name.get(name)) for name in by_name.TRACKERS}
+        return {name: _code_of_tracker(it) for name, it in by_name.TRACKERS.items()}
     files = reachable([*STARTS.get(table.stem, ()), *RUNS, *_claimants(table)])
     measuring = (path for path in sorted(files) if FIGURES not in path.parents)
     return {table.stem: _short("\n".join(map(dependencies.stripped, measuring)))}
@@ -207,16 +207,28 @@ def read_claims(table: Path = CLAIMED) -> tuple[list[Measured], Made]:
         Where the table cannot be read.
     """
     rows, made, more = _read(table, "claim", "line", "seed", "value")
+    try:
+        parts = _parts(rows, more["lines"])
+        seeds = seeds_of(made)
+        measured = [Measured(CLAIMS[n], seeds, tuple(p)) for n, p in parts.items()]
+    except (KeyError, TypeError, ValueError) as error:
+        raise _unreadable(table, error) from None
+    return measured, made
+
+
+def _parts(
+    rows: pd.DataFrame, lines: Iterable[Mapping[str, Any]]
+) -> dict[str, list[Part]]:
+    """The parts of each claim, from the values and from how each line is described."""
     parts: dict[str, list[Part]] = {}
     cells = rows.groupby(["claim", "line"])["value"]
-    for line in more["lines"]:
+    for line in lines:
         words = dict(line)
         name, k = words.pop("claim"), words.pop("line")
         words["statistic"] = STATISTICS[words["statistic"]]
         part = Part(values=cells.get_group((name, k)).to_numpy(), **words)
         parts.setdefault(name, []).append(part)
-    seeds = seeds_of(made)
-    return [Measured(CLAIMS[n], seeds, tuple(p)) for n, p in parts.items()], made
+    return parts
 
 
 def claimed(names: Iterable[str] = ()) -> list[Measured]:
@@ -345,8 +357,12 @@ def _read(table: Path, *columns: str) -> tuple[pd.DataFrame, Made, dict[str, Any
         more = json.loads(table.with_suffix(".json").read_text(encoding="utf-8"))
         made = Made(**more.pop("made"))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        remedy = "take it from the repository again"
-        command = COMMANDS.get(table)
-        remedy += f", or make it with `{command}`" if command else ""
-        raise DataError(table, f"cannot be read ({error})", remedy) from None
+        raise _unreadable(table, error) from None
     return rows, made, more
+
+
+def _unreadable(table: Path, error: Exception) -> DataError:
+    remedy = "take it from the repository again"
+    command = COMMANDS.get(table)
+    remedy += f", or make it with `{command}`" if command else ""
+    return DataError(table, f"cannot be read ({error})", remedy)

@@ -139,7 +139,7 @@ def run(job: Job) -> dict[str, Any]:
         tracker, source, seed, item, ground : who and what; the last two of drawn
         scenes.
         The numbers of `mkt.evaluation.evaluate`.
-        cpu_ms : CPU time [ms a frame], on a machine that is busy with other jobs.
+        cpu_ms : CPU time [ms/frame], on a machine that is busy with other jobs.
         evaluations : regions looked at in a frame; NaN where the tracker does not
         report them.
         steps : of the optimiser in a frame, over those in which it ran; NaN without.

@@ -53,8 +53,10 @@ def checked(path: Path | str) -> Path:
 
     Raises
     ------
-    ValueError, FileNotFoundError
-        Their messages say what to do.
+    ValueError
+        For another ending.
+    OSError
+        As `mkt.files.new_file` does.
     """
     path = Path(path)
     if path.suffix.lower() not in KEYS:

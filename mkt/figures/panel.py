@@ -20,7 +20,7 @@ from IPython.display import HTML
 
 from mkt.figures.data_uri import data_uri
 from mkt.figures.registry import Entry, Shown
-from mkt.figures.static_panel import caption, encoded, label, width
+from mkt.figures.static_panel import caption, encoded, label, marked, width
 from mkt.figures.tooltips import WORDS, title
 
 LIVE_DPI, SHARP_DPI = 100, 160
@@ -201,7 +201,8 @@ def _control(entry: Entry, name: str) -> ipywidgets.Widget:
     """A list of what there is, or a slider beside which any number can be typed."""
     words = {
         "value": entry.defaults[name],
-        "description": title(name),
+        "description": marked(title(name)),
+        "description_allow_html": True,
         "tooltip": WORDS.get(name, name),
         "style": {"description_width": "7em"},
         "layout": {"width": "24em"},

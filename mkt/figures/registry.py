@@ -132,7 +132,7 @@ class Entry:
 
     @property
     def title(self) -> str:
-        """First sentence of the docstring."""
+        """First paragraph of the docstring."""
         return self._text[0].replace("\n", " ")
 
     @property

@@ -228,6 +228,8 @@ def marked(words: str) -> str:
 
 def label(value: Any) -> str:
     """A value as a slider shows it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

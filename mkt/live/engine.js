@@ -674,7 +674,7 @@ export function refinedTrack(options, images, region, found) {
 
 // The screen before the target: mkt.scenes.teuliere2009
 
-const PASSING = 24; // [px a frame] of a screen, beside the target
+const PASSING = 24; // [px/frame] of a screen, beside the target
 
 // Its width, and its middle at any time; `regionAt(t)` is the target's region.
 export function screen(regionAt, { shutter, first, frames }) {

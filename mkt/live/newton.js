@@ -108,7 +108,7 @@ class Newton {
   }
 
   from(start, enough) {
-    const derivative = this.controls.values.derivative_of_c === "True";
+    const derivative = this.controls.values.derivative_of_c === "yes";
     return newtonPath(this.target, this.images[1], start, STEPS, derivative, enough);
   }
 
@@ -256,7 +256,7 @@ class Newton {
   drawSlope(pen, width, height) {
     if (!this.path) return;
     const from = this.path[this.taken];
-    const derivative = this.controls.values.derivative_of_c === "True";
+    const derivative = this.controls.values.derivative_of_c === "yes";
     const at = differentiate(this.target, this.images[1], from, derivative);
     const step = newtonStep(at, this.target);
     const costAt = (t) => {

@@ -172,7 +172,7 @@ class Method(ipywidgets.HBox):
             control.disabled = not on
 
     def _offer(self, _change: Any = None) -> None:
-        tracker = by_name.get(self.tracker.value)
+        tracker = by_name.TRACKERS[self.tracker.value]
         self._fields.children = [
             _number(name, value, meaning(tracker, name))
             for name, value in numbers_of(tracker).items()

@@ -290,7 +290,6 @@ def record(
     clip: Sequence,
     output: Path,
     seed: int = 0,
-    start: ArrayLike | None = None,
     title: str = "",
     settings: Settings | None = None,
 ) -> int:
@@ -300,7 +299,7 @@ def record(
 
     Parameters
     ----------
-    tracker, clip, seed, start
+    tracker, clip, seed
         As for `mkt.tracking.follow`.
     output, title, settings
         As for `Recorder`.
@@ -317,7 +316,7 @@ def record(
     OSError
         When the files cannot be written.
     """
-    infos = begun(tracker, clip, seed, start, settings)
+    infos = begun(tracker, clip, seed, None, settings)
     recorder = Recorder(output, clip, title, settings)
     with recorder, suppress(KeyboardInterrupt):
         frames = tqdm(clip.frames, desc=title, unit="frame", disable=None)
@@ -329,7 +328,8 @@ def record(
 def ask_for_box(clip: Sequence, output: Path, first: int = 0) -> str:
     """Write the first frame to be tracked under a grid of pixels next to the output.
 
-    Returns a text that says how to read a box off it.
+    Returns a text that says how to read a box off it.  Raises ValueError for a first
+    frame beyond the last one, and OSError where the picture cannot be written.
     """
     if first >= len(clip):
         raise ValueError(

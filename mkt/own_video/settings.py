@@ -368,7 +368,7 @@ def with_numbers(name: str, numbers: Mapping[str, float]) -> Tracker:
         For an unknown tracker, a number that it does not have, or a value that is no
         number.
     """
-    tracker = by_name.get(name)
+    tracker = by_name.TRACKERS[name]
     if "n" in numbers:
         tracker = by_name.with_particles(name, int(numbers["n"]))
     known = numbers_of(tracker)

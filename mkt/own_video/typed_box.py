@@ -67,7 +67,7 @@ def region_of(box: Sequence[float], frame: Frame) -> Region:
 def first_box(clip: tracking.Sequence) -> tuple[int, ...]:
     """A box to begin with, x, y, w, h, angle in whole pixels.
 
-    In the clip of the book it is the head; elsewhere it is no box, of size 0.
+    In the clip of the book it is the head, upright; elsewhere it is no box, of size 0.
     """
     book = carphone()
     if clip.frames.path == book.frames.path:

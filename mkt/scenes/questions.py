@@ -16,6 +16,7 @@ from mkt.scenes.textures import wall
 
 HALF_DIAGONAL = 1.25 * WIDTH / 2  # [px] of an item, about
 PANEL = 150.0  # [px] width of what hides it
+FIRST, HIDDEN = 46, 10  # frame in which it begins to hide the item, and for how many
 
 
 @SCENES.register("base")
@@ -39,13 +40,7 @@ def look_alike(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 
 
 @SCENES.register("occlusion")
-def occlusion(
-    seed: int,
-    item: str = "car",
-    ground: str = "workshop",
-    first: int = 46,
-    hidden: int = 10,
-) -> Scene:
+def occlusion(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     """A panel sweeps over the image and hides the item, nearly always totally.
 
     The panel is timed by the item's path: where the item stands still or turns, it is
@@ -55,19 +50,19 @@ def occlusion(
     """
     rng = np.random.default_rng((3, seed))
     path = roaming(rng, growth=0.0)
-    front = (_panel(path, wall(ground), first, hidden),)
+    front = (_panel(path, wall(ground)),)
     return Scene(Layer(item, WIDTH, path), ground, LENGTH, front=front, seed=seed)
 
 
-def _panel(target: Path, material: str, first: int, hidden: int) -> Layer:
+def _panel(target: Path, material: str) -> Layer:
     """A wall that comes from the left and hides the layer on a path for a while."""
     table = np.array(target)
-    x = np.interp([first, first + hidden], table[:, 0], table[:, 1])
+    x = np.interp([FIRST, FIRST + HIDDEN], table[:, 0], table[:, 1])
     slack = PANEL / 2 - HALF_DIAGONAL
     start, end = x[0] - slack, x[1] + slack
-    speed = max((end - start) / hidden, 4.0)
+    speed = max((end - start) / HIDDEN, 4.0)
     times = np.array([0.0, LENGTH])
-    return Layer(material, PANEL, way(times, start + speed * (times - first), 120.0))
+    return Layer(material, PANEL, way(times, start + speed * (times - FIRST), 120.0))
 
 
 @SCENES.register("blur")

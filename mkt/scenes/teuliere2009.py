@@ -13,7 +13,7 @@ from mkt.scenes.paths import WIDTH, roaming, way
 from mkt.scenes.rendering import Scene, regions
 from mkt.scenes.textures import wall
 
-PASSING = 24.0  # [px a frame] of a screen, beside the target
+PASSING = 24.0  # [px/frame] of a screen, beside the target
 
 
 @SCENES.register("fast")

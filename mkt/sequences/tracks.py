@@ -14,7 +14,7 @@ import numpy as np
 
 from mkt.evaluation import overlap
 from mkt.files import DataError, existing_file, whole
-from mkt.regions import HX, HY, to_box
+from mkt.regions import HX, to_box
 from mkt.sequences import mot, truth_formats
 from mkt.sequences.benchmarks import Found
 from mkt.sequences.rows import read_rows
@@ -136,10 +136,15 @@ def _ours(path: Path, found: Found) -> tuple[Regions, NDArray]:
     # Of MOT a part of the sequence is shown, which `track` counts in the whole.
     first = found.first if numbers[0, 0] else 0
     rows.refuse_misnumbered(numbers[:, 0], ",".join(COLUMNS), first)
-    regions = numbers[:, 1:6]
+    regions = _without_zeros(numbers[:, 1:6])
     regions[:, 2] = np.radians(regions[:, 2])
     refuse_no_region(rows, regions, NOTHING)
-    return regions, np.asarray(numbers[:, 7] > 0)
+    return regions, (numbers[:, 7] > 0) | np.isnan(regions).any(1)
+
+
+def _without_zeros(regions: Regions) -> Regions:
+    """NaN for regions of zeros, with which many trackers say that nothing was found."""
+    return np.where(regions[:, HX:].any(1, keepdims=True), regions, np.nan)
 
 
 def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
@@ -165,7 +170,7 @@ def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
         "VOT": truth_formats.vot_regions,
     }
     rows, regions = readers[found.archive.name](path)[:2]
-    regions[~regions[:, [HX, HY]].any(1)] = np.nan  # as many trackers say "nothing"
+    regions = _without_zeros(regions)
     refuse_no_region(rows, regions, NOTHING)
     return regions
 

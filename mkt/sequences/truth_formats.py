@@ -20,6 +20,7 @@ Explained in notebook 03.
 """
 
 import os
+import reprlib
 from collections.abc import Sequence as Series
 from pathlib import Path
 
@@ -53,7 +54,13 @@ def video(path: str | os.PathLike, box: ArrayLike | None = None) -> Sequence:
     DataError
         As `VideoFile` and `ImageFolder` do, and for a box without size or outside the
         image.
+    ValueError
+        For what is no box.
     """
+    if box is not None and np.shape(box) != (4,):
+        raise ValueError(
+            f"box is {reprlib.repr(box)}; give four numbers: left, top, width, height"
+        )
     path = written_path(path)
     frames = ImageFolder(path) if path.is_dir() else VideoFile(path)
     truth = np.full((len(frames), 5), np.nan)

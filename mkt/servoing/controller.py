@@ -10,13 +10,12 @@ What closes the loop round it is `mkt.servoing.loop`.  Explained in notebooks 08
 
 from dataclasses import dataclass
 from functools import cached_property
-from numbers import Real
 from typing import NamedTuple
 
 import numpy as np
 
-from mkt.checks import is_whole
-from mkt.regions import HX
+from mkt.checks import are_finite, is_number, is_whole, positive
+from mkt.regions import HX, HY
 from mkt.servoing import law
 from mkt.servoing.features import PERIODS, Camera, error, features, interaction_matrix
 from mkt.servoing.self_motion import Kalman, measured_self_motion
@@ -111,15 +110,15 @@ class Servo:
     patience: int = 3
 
     def __post_init__(self):
-        five = np.shape(self.desired) == (5,)
+        positive(self, "dt", "surface")
+        five = are_finite(self.desired, 5)
         for field, possible, need in (
             ("desired", five and _has_area(self.desired), "a region with an area"),
-            ("dt", 0 < self.dt < np.inf, "a positive frame period in seconds"),
-            ("surface", 0 < self.surface < np.inf, "a positive area in m^2"),
             ("gain", _is_gain(self.gain), "a number from 0 on, or an AdaptiveGain()"),
             ("filter", isinstance(self.filter, Kalman), "a Kalman filter"),
-            ("dof", self.dof in law.AXES, "6 or 4"),
-            ("angle", self.angle in PERIODS, "theta or alpha"),
+            ("dof", self.dof in list(law.AXES), "6 or 4"),
+            ("angle", self.angle in list(PERIODS), "theta or alpha"),
+            ("camera", isinstance(self.camera, Camera), "a Camera"),
             ("delay", is_whole(self.delay, 0), "a whole number of frames, from 0 on"),
             ("patience", is_whole(self.patience, 1), "a whole number, from 1 on"),
         ):
@@ -127,6 +126,10 @@ class Servo:
                 raise ValueError(
                     f"{field} is {getattr(self, field)!r}; it must be {need}"
                 )
+        if self.angle == "alpha" and self.desired[HX] == self.desired[HY]:
+            raise ValueError(
+                f'desired is {self.desired}, a square, which has no alpha; use "theta"'
+            )
 
     @cached_property
     def goal(self) -> Array:
@@ -156,7 +159,8 @@ class Servo:
         Raises
         ------
         ValueError
-            For a region without area, unless it is lost.
+            For a region without area, unless it is lost; for a square one, where the
+            angle is alpha; and as `mkt.servoing.law.twist` does.
         """
         nothing = lost and not _has_area(region)
         s = _unknown() if nothing else features(region, self.camera, self.angle)
@@ -194,9 +198,7 @@ def _has_area(region: ArrayLike) -> bool:
 
 def _is_gain(gain: law.Gain) -> bool:
     """Whether it is a number from 0 on, or something that is called with an error."""
-    if isinstance(gain, Real):
-        return 0 <= float(gain) < np.inf
-    return callable(gain) and not isinstance(gain, type)
+    return is_number(gain, 0) or (callable(gain) and not isinstance(gain, type))
 
 
 def _unknown() -> Array:

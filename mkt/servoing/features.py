@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mkt.checks import image_size
+from mkt.checks import image_size, positive
 from mkt.regions import CX, CY, HX, HY, THETA, area
 from mkt.types import Array, ArrayLike, Regions
 
@@ -48,10 +48,7 @@ class Camera:
     size: tuple[int, int] = (320, 240)
 
     def __post_init__(self):
-        if not 0 < self.focal < np.inf:
-            raise ValueError(
-                f"focal is {self.focal}; the focal length in pixels must be positive"
-            )
+        positive(self, "focal")
         image_size(self.size)
 
     @property

@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mkt.checks import is_whole
+from mkt.checks import are_finite, is_number, is_whole
 from mkt.regions import area
 from mkt.servoing.controller import Command, Servo
 from mkt.servoing.robot import OutOfSight, Path, Workspace, move, place, to_and_fro
-from mkt.tracking import Tracker, check_tracker
+from mkt.tracking import Tracker, check_tracker, checked_step
 from mkt.types import Array, Frame, NDArray, Region, Regions, Rng
 
 
@@ -68,9 +68,9 @@ class Experiment:
             ("servo", isinstance(self.servo, Servo), "a Servo"),
             ("workspace", isinstance(self.workspace, Workspace), "a Workspace"),
             ("path", _is_path(self.path), "way-points (t, X, Y, theta), t increasing"),
-            ("start", _are_finite(self.start, (6,)), "six finite numbers"),
+            ("start", are_finite(self.start, 6), "six finite numbers"),
             ("frames", is_whole(self.frames, 1), "a whole number, at least 1"),
-            ("jitter", 0 <= self.jitter < np.inf, "a number from 0 on"),
+            ("jitter", is_number(self.jitter, 0), "a finite number from 0 on"),
             ("seed", is_whole(self.seed, 0), "a whole number, at least 0"),
         ):
             if not possible:
@@ -80,19 +80,8 @@ class Experiment:
 
 def _is_path(path: Any) -> bool:
     """Whether these are way-points, one after the other in time."""
-    ordered = _are_finite(path, (None, 4)) and np.diff(np.array(path)[:, 0]) >= 0
+    ordered = are_finite(path, None, 4) and np.diff(np.array(path)[:, 0]) >= 0
     return bool(np.all(ordered))
-
-
-def _are_finite(numbers: Any, shape: tuple[int | None, ...]) -> bool:
-    """Whether numbers are finite and of a shape, None for any length but 0."""
-    try:
-        array = np.array(numbers, float)
-    except (TypeError, ValueError):
-        return False
-    fits = array.ndim == len(shape) and array.size > 0
-    fits = fits and all(n in (None, m) for n, m in zip(shape, array.shape, strict=True))
-    return bool(fits and np.isfinite(array).all())
 
 
 class Run(NamedTuple):
@@ -231,7 +220,8 @@ def _look(
     frame = _frame(experiment, instant.k, instant.pose, instant.twist)
     if before is None:
         return _Sight(truth, False, tracker.init(frame, truth, rng))
-    state, info = tracker.step(before.state, frame, rng)
+    stepped = tracker.step(before.state, frame, rng)
+    state, info = checked_step(tracker, stepped)
     return _Sight(info["region"], info["lost"], state)
 
 

@@ -25,6 +25,7 @@ from functools import cached_property
 
 import numpy as np
 
+from mkt.checks import numbers
 from mkt.servoing.features import error
 from mkt.types import Array, ArrayLike
 
@@ -94,6 +95,7 @@ class Kalman:
     rho: float = 0.3
 
     def __post_init__(self):
+        numbers(self, "ratio", "rho")
         if not self.ratio >= 0:
             raise ValueError(f"ratio is {self.ratio}; Q / R cannot be negative")
         if 0 < self.ratio < np.inf and not RATIOS[0] <= self.ratio <= RATIOS[1]:

@@ -10,7 +10,7 @@ it would be 97.7 %.
 
 import numpy as np
 
-from mkt.checks import in_words
+from mkt.checks import are_finite, in_words
 from mkt.colors import BinImage
 from mkt.trackers.ellipses import Disc
 from mkt.types import Array, NDArray, Region, Rng
@@ -85,7 +85,7 @@ def check_zones(zones: tuple[Zone, ...]) -> None:
             "(x, y, spread x, spread y)"
         )
     for zone in zones:
-        door = not isinstance(zone, str) and len(zone) == 4
+        door = not isinstance(zone, str) and are_finite(zone, 4) and min(zone[2:]) >= 0
         if not (door or zone in ("anywhere", "borders")):
             raise ValueError(
                 f"zone {zone!r} is unknown; there are anywhere, borders, and doors "

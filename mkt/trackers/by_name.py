@@ -56,11 +56,6 @@ add("camshift", CamShift(), "CamShift (OpenCV)")
 add("meanshift", MeanShift(), "MeanShift (OpenCV)")
 
 
-def get(name: str) -> Tracker:
-    """The tracker of a name; UnknownName, a ValueError, lists the known ones."""
-    return TRACKERS[name]
-
-
 def quick() -> list[str]:
     """The names of all trackers but the slow ones."""
     return [name for name in TRACKERS if name not in SLOW]

@@ -78,9 +78,10 @@ def cut_out(
 
 
 def _span(shape: tuple[int, ...], regions: Regions, pitch: int) -> list[list[int]]:
-    """First and last pixel, along x and along y, each span a multiple of the pitch.
+    """First pixel and the one after the last, along x and along y.
 
-    All of the frame where no region is finite.
+    Each span is a multiple of the pitch, where the frame is no smaller; all of the
+    frame where no region is finite.
     """
     regions = regions[np.isfinite(regions).all(1)]
     if not len(regions):

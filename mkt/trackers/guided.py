@@ -99,7 +99,7 @@ class GuidedState(NamedTuple):
         Of the close-ups.
     first, region : (5,) array [px, rad]
         The first region and the last estimate.
-    velocity : (2,) array [px a frame]
+    velocity : (2,) array [px/frame]
     turned : bool
         Whether the orientation was last believed to be another one than the first.
     missed : int
@@ -266,10 +266,10 @@ class Guided:
         searched = self._search(state, image, prior, particles.regions, likeness)
         known, d, steps, turned = self._turned(state, image, *searched)
         lost, hidden = d > self.lost_above, d > self.hidden_above
-        sure = d <= self.found
+        sure = d < self.found
         if sure:
             light = followed(light, frame, known)
-        missed = 0 if d <= self.doubtful else state.missed + 1
+        missed = state.missed + 1 if d > self.doubtful else 0
         region = _drifted(state, FADING) if hidden else known
         velocity = _velocity(state, region, hidden, missed)
         weights = likeness / likeness.sum()
@@ -343,7 +343,7 @@ class Guided:
         favour = likeness - prior.cost(regions) / _full(state)
         best = regions[np.argsort(favour)[::-1][: self.starts]]
         optimum = self._optimum(state, image, prior, [prior.region, *best])
-        if optimum.distance <= self.found:
+        if optimum.distance < self.found:
             return prior, optimum
         alike = regions[np.argmax(likeness)]
         return self._anywhere(state, image, prior, optimum, alike)

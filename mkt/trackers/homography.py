@@ -41,7 +41,7 @@ from mkt.homographies import (
     of_regions,
     slope_at_middle,
 )
-from mkt.kernels import Kernels
+from mkt.kernels import Kernels, of_kernels
 from mkt.regions import SQUARE
 from mkt.trackers.newton import (
     EMPTY,
@@ -92,7 +92,9 @@ def columns(kernels: Kernels, group: str) -> Array:
     points = kernels.points * kernels.half_sides
     dense = columns_at(kernels.weights, kernels.slopes, points, GROUPS[group])
     pairs = template(kernels)
-    return np.ascontiguousarray(dense[:, pairs.kernel, pairs.sample].T)
+    shared = np.ascontiguousarray(dense[:, pairs.kernel, pairs.sample].T)
+    shared.setflags(write=False)  # all trackers share them
+    return shared
 
 
 def step_from(target: Target, image: BinImage, homography: Array, group: str) -> Array:
@@ -258,9 +260,13 @@ class PlaneSSD:
         checks.counts(self, "iterations")
         checks.numbers(self, "lost_above")
         checks.one_of(self, group=GROUPS)
-        if not self.passes:
-            raise ValueError("passes is empty; give the kernels of at least one pass")
+        if not (isinstance(self.passes, tuple) and self.passes):
+            raise ValueError(
+                f"passes is {self.passes}; give a tuple with the kernels of at least "
+                "one pass"
+            )
         for kernels in self.passes:
+            of_kernels(kernels, "passes")
             kernels.check_slopes()
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> PlaneState:

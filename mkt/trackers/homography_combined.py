@@ -74,9 +74,10 @@ class PlaneCombined:
     def __post_init__(self):
         checks.counts(self, "n")
         checks.numbers(self, "threshold")
-        if len(self.spread) not in range(1, 9):
+        given = checks.are_finite(self.spread, None)
+        if not given or len(self.spread) > 8 or min(self.spread) < 0:
             raise ValueError(
-                f"spread has {len(self.spread)} numbers; give one for each of the "
+                f"spread is {self.spread}; give a number from 0 on for each of the "
                 "first parameters that shall scatter, at most 8"
             )
 

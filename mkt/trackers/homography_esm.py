@@ -124,24 +124,30 @@ class PlaneESM:
 
     def step(self, state: ESMState, frame: Frame, rng: Rng) -> tuple[ESMState, Info]:
         """Align from the last estimate."""
-        homography, correlation = self.refine(state, frame, state.homography)
+        homography, correlation, steps = self.refine(state, frame, state.homography)
         d = np.sqrt(1 - min(max(correlation, 0.0), 1.0))
         lost = correlation < self.lost_below
         region = as_region(homography, state.aspect)
-        info = report(region, d, lost, 1, homography=homography)
+        info = report(region, d, lost, steps, homography=homography, steps=steps)
         return state._replace(homography=homography), info
 
     def refine(
         self, state: ESMState, frame: Frame, start: Array
-    ) -> tuple[Array, float]:
-        """Align from any start (3, 3); the homography, and the correlation.
-
-        That is the one before the last step.
+    ) -> tuple[Array, float, int]:
+        """Align from any start (3, 3), pass after pass.
 
         If it finds what no camera could see, or what lies outside the frame, it returns
-        the start and 0.
+        the start, with a correlation of 0.
+
+        Returns
+        -------
+        homography : (3, 3) array
+        correlation : float
+            With the picture, before the last step.
+        steps : int
+            How many were taken.
         """
-        found, correlation = start, 0.0
+        found, correlation, taken = start, 0.0, 0
         for picture, smooth in zip(state.pictures, self._smoothed(frame), strict=True):
             h, w = picture.shape
             sides = np.sqrt([w / h, h / w])
@@ -149,15 +155,16 @@ class PlaneESM:
             while steps < self.iterations and not short:
                 seen = facing(smooth, found, picture)
                 if not in_view(seen):
-                    return start, 0.0
+                    return start, 0.0, taken
                 step, correlation = esm_step(picture, seen)
+                taken += 1
                 bounded = np.clip(step, -LARGEST_STEP, LARGEST_STEP)
                 found = moved(found, bounded, sides)
                 if not plausible(found, state.first):
-                    return start, 0.0
+                    return start, 0.0, taken
                 short = np.abs(step).max() < SHORT
                 steps += 1
-        return found, correlation
+        return found, correlation, taken
 
     def _smoothed(self, frame: Frame) -> list[NDArray]:
         """A frame in grey for each pass, (H, W) float32."""
@@ -225,7 +232,9 @@ def _motions(w: int, h: int, motions: tuple[int, ...]) -> NDArray:
     unit = (w * h) ** 0.5 / 2
     points = (np.column_stack([x.ravel(), y.ravel()]) - centre) / unit
     v, _ = flow(points, 8)
-    return np.ascontiguousarray(unit * np.moveaxis(v[list(motions)], 2, 0), np.float32)
+    moves = np.ascontiguousarray(unit * np.moveaxis(v[list(motions)], 2, 0), np.float32)
+    moves.setflags(write=False)  # all trackers share them
+    return moves
 
 
 def facing(frame: NDArray, homography: Array, picture: NDArray) -> NDArray:

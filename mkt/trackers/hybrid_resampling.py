@@ -70,7 +70,7 @@ class HybridState(NamedTuple):
     regions, weights : (N, 5) and (N,) arrays
     estimate : (5,) array [px, rad]
         The last one.
-    velocity : (2,) array [px a frame]
+    velocity : (2,) array [px/frame]
         Its mean.
     hidden : int
         For how many frames the target has been hidden.
@@ -110,6 +110,7 @@ class HybridResampling:
         "likelihood": hidden when no particle's likelihood reaches `level`; "n_eff":
         when N_eff < n_lim n, as printed; "never".
     level : float
+        The likelihood that the best particle must reach where the object is seen.
     spread, growth : float
         Half width of the uniform (18) in the frame after the first hidden one, when it
         is known to be hidden, and what every further one adds, in sqrt(hx hy).
@@ -123,7 +124,9 @@ class HybridResampling:
     w_min : float
         Mean likelihood of the particles above which the reference is updated.
     bins : Bins
+        What the frames are binned with.
     kernels : Kernels
+        An ellipse in the upright box.
 
     Raises
     ------

@@ -31,7 +31,7 @@ from mkt.histograms import (
 )
 from mkt.homographies import angles
 from mkt.kernels import Kernels
-from mkt.regions import THETA
+from mkt.regions import THETA, wrap_angle
 from mkt.types import Array, NDArray, Region
 
 EMPTY = 1e-6  # bins with less carry no first-order information: zero rows of J_U
@@ -210,8 +210,9 @@ class Prior(NamedTuple):
         x, y, angle, wide, high = regions.T
         dx, dy = (x - cx) / sqrt(hx * hy), (y - cy) / sqrt(hx * hy)
         s, c = np.sin(angle), np.cos(angle)
+        turn = wrap_angle(angle - theta)
         growth = 0.5 * np.log(wide * high / (hx * hy))
-        return np.array([c * dx + s * dy, c * dy - s * dx, angle - theta, growth]).T
+        return np.array([c * dx + s * dy, c * dy - s * dx, turn, growth]).T
 
     def cost(self, regions: Array) -> Array:
         """The term at regions (..., 5), without components that are fixed: (...)."""

@@ -11,6 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from mkt import checks
 from mkt.checks import checked_frame, checked_region
 from mkt.regions import CX, CY, HX, HY
 from mkt.tracking import Info, Tracker
@@ -39,8 +40,12 @@ class Scaled:
     scale: float
 
     def __post_init__(self):
-        if not 0 < self.scale <= 1:
-            raise ValueError(f"scale is {self.scale:g}; it must be above 0, up to 1")
+        checks.numbers(
+            self,
+            "scale",
+            fits=lambda scale: 0 < scale <= 1,
+            need="it must be above 0, up to 1",
+        )
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> Any:
         """Show the shrunk frame to the tracker, and raise what the tracker raises.

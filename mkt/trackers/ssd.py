@@ -78,13 +78,14 @@ class SSD:
         checks.numbers(self, "lost_above")
         of_kernels(self.kernels, "kernels")
         self.kernels.check_slopes()
-        given = isinstance(self.spans, tuple) and self.spans
-        if not given or not all(0 < span < np.inf for span in self.spans):
+        given = isinstance(self.spans, tuple) and checks.are_finite(self.spans, None)
+        if not given or min(self.spans) <= 0:
             raise ValueError(
                 f"spans is {self.spans}; give a tuple of positive factors on the "
                 "kernels' span, such as (1,)"
             )
-        if not 0 < self.sizes[0] <= self.sizes[1] < np.inf:
+        given = checks.are_finite(self.sizes, 2)
+        if not given or not 0 < self.sizes[0] <= self.sizes[1]:
             raise ValueError(
                 f"sizes is {self.sizes}; give a smaller and a larger positive factor"
             )

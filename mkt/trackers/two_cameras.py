@@ -23,7 +23,7 @@ from mkt.particles import SCHEMES, Particles, mean_region, normalised
 from mkt.trackers.particle_filter import FilterState, ParticleFilter
 from mkt.types import Array, Frame, Region, Rng
 
-HIDDEN = 40.0  # -ln of the own likelihood at least, since a target may be hidden
+HIDDEN = 40.0  # -ln of the own likelihood at most, since a target may be hidden
 FLOOR = 1e-3  # of the other's, since a message may be wrong
 NEWLY_PLACED = 0.1  # share of the particles that go where the other camera says
 SLACK = 3.0  # [px on the ground] how uncertain the place of a middle is at least

@@ -235,7 +235,7 @@ def test_a_wrong_link_is_said_and_does_nothing(opened, words, complaint):
 
 
 def test_newtons_steps_are_pythons(opened):
-    page = opened(NEWTON, "#newton?dx=-20&turn=15&scale=1.2&derivative_of_c=False")
+    page = opened(NEWTON, "#newton?dx=-20&turn=15&scale=1.2&derivative_of_c=no")
     panel = ready(page)
     clip = still("car")
     learnt, seen = (ColorBins()(frame) for frame in clip.frames)

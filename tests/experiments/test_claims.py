@@ -346,7 +346,7 @@ def test_iterations_are_counted_where_both_run(monkeypatch):
     steps = {"combined": [np.nan, 2, 0, 4], "ssd": [np.nan, 6, 90, 6]}
 
     def tracked(tracker, *_):
-        name = "ssd" if tracker == by_name.get("ssd") else "combined"
+        name = "ssd" if tracker == by_name.TRACKERS["ssd"] else "combined"
         return Track(np.ones((4, 5)), None, None, {"steps": np.array(steps[name])})
 
     monkeypatch.setattr(t09, "track", tracked)
@@ -359,6 +359,27 @@ def test_a_loss_before_the_student_leaves_is_none_in_time(monkeypatch):
     monkeypatch.setattr(n03, "_walked", lambda seeds: walked)
     _, in_time, _ = CLAIMS["N03-e"].function(claims.Runs(range(3), {}))
     assert in_time.values.tolist() == [1, 0, 0]
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ('"lines"', '"parts"'),
+        ('"statistic": "', '"statistic": "odd '),
+        ('"seeds": "', '"seeds": "x'),
+        ('"T09-a"', '"T09-?"'),
+    ],
+)
+def test_lines_that_do_not_fit_are_named_with_the_remedy(old, new, tmp_path):
+    table = tmp_path / "claims.csv"
+    part = Part("x", np.ones(6), 0)
+    shipped.write_claims([Measured(CLAIMS["T09-a"], SIX, (part,))], table)
+    description = table.with_suffix(".json")
+    text = description.read_text()
+    assert old in text
+    description.write_text(text.replace(old, new))
+    with pytest.raises(DataError, match=r"claims.csv.* cannot be read .*take it from"):
+        shipped.read_claims(table)
 
 
 @pytest.mark.parametrize("missing", [".csv", ".json"])
@@ -434,9 +455,8 @@ def test_a_tracker_in_a_ranking_hangs_on_its_own_code_and_settings(monkeypatch):
         "stripped",
         lambda path: stripped(path) + " " * (path.name == "guided.py"),
     )
-    other = replace(by_name.get("ssd"), iterations=3)
-    get = by_name.get
-    monkeypatch.setattr(by_name, "get", lambda n: other if n == "ssd" else get(n))
+    other = replace(by_name.TRACKERS["ssd"], iterations=3)
+    monkeypatch.setitem(by_name.TRACKERS._entries, "ssd", other)
     after = shipped.codes_of(shipped.TRACKED)
     assert {name for name in before if before[name] != after[name]} == {"guided", "ssd"}
 
@@ -492,7 +512,10 @@ def test_a_sample_of_the_shipped_runs_comes_out_the_same_again():
     sample = quick.sample(8, random_state=DAY)
     jobs = [
         Job(
-            row.tracker, by_name.get(row.tracker), drawn(row.source, row.seed), row.seed
+            row.tracker,
+            by_name.TRACKERS[row.tracker],
+            drawn(row.source, row.seed),
+            row.seed,
         )
         for row in sample.itertuples()
     ]

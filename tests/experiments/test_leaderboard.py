@@ -193,9 +193,9 @@ def test_a_recorded_run_is_scored_as_a_synthetic_one(benchmarks):
 
 def test_trackers_that_draw_are_told_from_those_that_do_not():
     for name in ("pf-75", "combined", "guided", "mil"):
-        assert draws(by_name.get(name)), name
+        assert draws(by_name.TRACKERS[name]), name
     for name in ("ssd", "camshift", "meanshift"):
-        assert not draws(by_name.get(name)), name
+        assert not draws(by_name.TRACKERS[name]), name
 
 
 def test_a_tracker_that_draws_only_when_it_searches_draws():

@@ -67,7 +67,7 @@ def test_values_are_as_the_function_takes_them(panel):
     assert repr(panel.values["span"]) == "1.0"
     assert repr(panel.values["extent"]) == "30"
     newton = explore("own.newton")
-    newton.moved = {"derivative_of_c": "False"}
+    newton.moved = {"derivative_of_c": "no"}
     assert newton.values["derivative_of_c"] is False
 
 

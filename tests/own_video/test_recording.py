@@ -121,7 +121,7 @@ def test_a_folder_of_images_the_default_names_and_particles(
 
     def with_particles(name, n):
         asked.append((name, n))
-        return by_name.get(name)
+        return by_name.TRACKERS[name]
 
     monkeypatch.setattr(by_name, "with_particles", with_particles)
     monkeypatch.chdir(tmp_path)

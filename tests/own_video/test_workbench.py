@@ -142,8 +142,8 @@ def test_a_box_of_four_numbers_is_no_box():
 @pytest.mark.parametrize("name", by_name.TRACKERS)
 def test_each_tracker_offers_its_numbers_and_takes_them(name, panel):
     panel.method.tracker.value = name
-    assert panel.method.numbers == numbers_of(by_name.get(name))
-    assert panel.settings.configured() == by_name.get(name)
+    assert panel.method.numbers == numbers_of(by_name.TRACKERS[name])
+    assert panel.settings.configured() == by_name.TRACKERS[name]
 
 
 # Running
@@ -330,7 +330,7 @@ def test_our_own_mistakes_are_shown_with_their_traceback_and_the_panel_goes_on(
     def broken(self, state, frame, rng):
         raise ZeroDivisionError("<here>")
 
-    monkeypatch.setattr(type(by_name.get("pf-75")), "step", broken)
+    monkeypatch.setattr(type(by_name.TRACKERS["pf-75"]), "step", broken)
     press(panel.track, panel)
     assert "ZeroDivisionError: &lt;here&gt;" in note(panel)
     assert panel.state == READY

@@ -183,7 +183,7 @@ def test_a_run_is_made_once_and_read_frame_by_frame():
 def test_sliders_of_a_run_reach_its_tracker():
     names = ("pf-75", "pf-500", "guided")
     particles = [lessons.configured(name, 25).n for name in names]
-    assert particles == [25, 500, by_name.get("guided").n]
+    assert particles == [25, 500, by_name.TRACKERS["guided"].n]
     assert lessons.configured("combined", 25).filter.n == 25
     assert numbers("own.run", tracker="ssd")["n_eff"] == 0
     # The last frame of a shorter sequence.

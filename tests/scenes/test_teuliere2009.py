@@ -17,7 +17,7 @@ SEEDS = range(4)
 
 
 def speeds(truth):
-    """Speed of the centre [px a frame], once it has left its rest."""
+    """Speed of the centre [px/frame], once it has left its rest."""
     return np.linalg.norm(np.diff(truth[4:, :2], axis=0), axis=1)
 
 

@@ -215,6 +215,18 @@ def test_a_damaged_table_of_ours_is_named_with_its_line(
         tracks.read(path, named("walk:9"))
 
 
+@pytest.mark.parametrize("nothing", ["nan", "0"])
+def test_a_row_of_ours_may_say_that_nothing_was_found(nothing, data, tmp_path):
+    path = tmp_path / "mine.csv"
+    head, rows = ours(path)
+    for column in range(1, 6):
+        rows[2] = changed(rows[2], column, nothing)
+    path.write_text("\n".join([head, *(changed(row, 7, "0") for row in rows)]))
+    track, _ = tracks.read(path, named("walk:9"))
+    assert np.isnan(track.regions[2]).all()
+    assert track.lost.tolist() == [False, False, True, False]
+
+
 def test_a_table_of_ours_may_count_as_the_whole_of_mot_does(data, tmp_path):
     path = tmp_path / "mine.csv"
     head, rows = ours(path)

@@ -248,3 +248,10 @@ def test_bad_boxes(tmp_path, box, what):
     path = write_video(tmp_path / "mine.mkv", 3)
     with refused("the box of the first frame", what, "correct"):
         video(path, box=box)
+
+
+@pytest.mark.parametrize("box", [(5, 5, 9), "abcd", 2 * [[5, 5, 9, 9]]])
+def test_what_is_no_box_is_told_what_one_is(tmp_path, box):
+    path = write_video(tmp_path / "mine.mkv", 3)
+    with pytest.raises(ValueError, match="^box is .*; give four numbers"):
+        video(path, box=box)

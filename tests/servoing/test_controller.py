@@ -15,7 +15,8 @@ BAD = {
     "surface": -1.0,
     "gain": -1.0,
     "angle": "beta",
-    "dof": 5,
+    "dof": [6],
+    "camera": "webcam",
 }
 
 
@@ -46,11 +47,19 @@ def test_the_smallest_that_makes_sense_is_allowed(fields):
         ("desired", (np.nan,) * 5),
         ("desired", (1, 2, 0, 0, 3)),
         ("filter", None),
+        ("dof", 5),
     ],
 )
 def test_what_no_controller_can_do_is_refused_with_its_field(field, value):
     with pytest.raises(ValueError, match=rf"^{field} is .*; it must be"):
         Servo(**{field: value})
+
+
+def test_a_square_is_no_goal_for_a_controller_of_alpha():
+    square = (159.5, 119.5, 0.0, 40.0, 40.0)
+    assert Servo(square).goal.shape == (4,)
+    with pytest.raises(ValueError, match="desired is .* a square"):
+        Servo(square, angle="alpha")
 
 
 def test_a_tracker_that_is_lost_need_not_give_a_region():
@@ -65,7 +74,7 @@ def test_a_tracker_that_is_lost_need_not_give_a_region():
 
 
 def test_a_target_without_area_is_refused():
-    with pytest.raises(ValueError, match="surface is 0; it must be a positive area"):
+    with pytest.raises(ValueError, match="surface is 0; it must be positive"):
         Servo(surface=0)
 
 

@@ -130,6 +130,7 @@ def test_alpha_is_the_longer_axis():
         ("surface", lambda: interaction_matrix(GOLDEN, UNIT, 0.0)),
         ("square", lambda: interaction_matrix([0, 0, 0, 1, 1], UNIT, 0.01, "alpha")),
         ("focal", lambda: Camera(0.0)),
+        ("focal", lambda: Camera("long")),
         ("angle is 'beta'", lambda: features(GOLDEN, UNIT, "beta")),
         ("angle is 'beta'", lambda: interaction_matrix(GOLDEN, UNIT, 0.01, "beta")),
         ("angle is 'beta'", lambda: error([0, 0, 1, 0], [0, 0, 1, 0], "beta")),

@@ -12,7 +12,7 @@ from mkt.servoing.loop import Experiment, _jittered, close_loop, view
 from mkt.servoing.poles import closed_loop
 from mkt.servoing.robot import OutOfSight, Workspace, circle, move, to_and_fro
 from mkt.servoing.self_motion import OFF, RAW, Kalman
-from mkt.trackers.by_name import get
+from mkt.trackers.by_name import TRACKERS
 from mkt.trackers.ssd import SSD
 from mkt.tracking import report
 
@@ -217,7 +217,7 @@ def test_a_car_taken_away_holds_the_camera():
         (2.01, 0.0, -0.9, HEADING),
     )
     away = close_loop(
-        Experiment(Servo(), path=taken, tracker=get("combined"), frames=30)
+        Experiment(Servo(), path=taken, tracker=TRACKERS["combined"], frames=30)
     )
     assert not away.lost[:11].any() and away.lost[12:].all() and away.held[15:].all()
     assert np.linalg.norm(away.poses[-1, :3, 3] - away.poses[10, :3, 3]) < 0.05
@@ -232,7 +232,9 @@ def test_a_tracker_in_the_loop_at_5_frames_a_second():
     """
     ratios = []
     for seed in range(2):
-        hand = Experiment(path=to_and_fro(seed), tracker=get("combined"), seed=seed)
+        hand = Experiment(
+            path=to_and_fro(seed), tracker=TRACKERS["combined"], seed=seed
+        )
         off, raw, filtered = (
             close_loop(replace(hand, servo=Servo(filter=f)))
             for f in (OFF, RAW, Kalman())
@@ -251,7 +253,7 @@ def test_a_tracker_in_the_loop_at_5_frames_a_second():
 def test_a_tracker_in_the_loop_at_25_frames_a_second(seed):
     hand = Experiment(
         path=to_and_fro(seed, times=(0.4, 2.4, 3.2, 4.0)),
-        tracker=get("combined"),
+        tracker=TRACKERS["combined"],
         frames=150,
         seed=seed,
     )
@@ -263,7 +265,9 @@ def test_a_tracker_in_the_loop_at_25_frames_a_second(seed):
 
 
 def test_a_run_and_its_frames_repeat_themselves():
-    experiment = Experiment(path=to_and_fro(1), tracker=get("pf-75"), frames=12, seed=4)
+    experiment = Experiment(
+        path=to_and_fro(1), tracker=TRACKERS["pf-75"], frames=12, seed=4
+    )
     first, again = close_loop(experiment), close_loop(experiment)
     assert (first.regions == again.regions).all() and (first.poses == again.poses).all()
     assert (first.regions != close_loop(replace(experiment, seed=5)).regions).any()
@@ -316,7 +320,7 @@ RUNAWAYS = {
         path=to_and_fro(0, 0.08),
         start=OFF_THE_GOAL,
         frames=20,
-        tracker=get("ssd"),
+        tracker=TRACKERS["ssd"],
     ),
 }
 
@@ -365,12 +369,22 @@ def test_until_lost_ends_at_nothing_but_a_target_out_of_sight():
         ("frames", -3),
         ("frames", 8.5),
         ("jitter", np.nan),
+        ("jitter", "much"),
         ("seed", -1),
     ],
 )
 def test_what_is_no_experiment_is_refused_with_its_field(field, value):
     with pytest.raises(ValueError, match=rf"^{field} is .*; it must be"):
         Experiment(**{field: value})
+
+
+def test_what_a_tracker_says_in_the_loop_is_looked_at():
+    class Silent(SSD):
+        def step(self, state, frame, rng):
+            return state, {}
+
+    with pytest.raises(ValueError, match="Silent.step: its info has no"):
+        close_loop(Experiment(tracker=Silent(), frames=2))
 
 
 @pytest.mark.parametrize("tracker", ["ssd", SSD])

@@ -34,6 +34,7 @@ L = interaction_matrix(REGION, UNIT, 0.024)
         ("take 0, infinity, or", lambda: Kalman(1e300)),
         ("take 0, infinity, or", lambda: Kalman(1e-300)),
         ("rho", lambda: Kalman(1.0, 1.0)),
+        ("ratio is 'a'", lambda: Kalman("a")),
     ],
 )
 def test_bad_input_is_named(problem, call):

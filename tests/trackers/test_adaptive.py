@@ -58,6 +58,9 @@ def test_samples_are_placed_in_their_zones():
         ((), "zones is empty"),
         (("doors",), "'doors' is unknown"),
         (((1.0, 2.0),), "unknown"),
+        ((5,), "unknown"),
+        (((1.0, 2.0, -3.0, 4.0),), "unknown"),
+        (((1.0, 2.0, "wide", 4.0),), "unknown"),
     ],
 )
 def test_unknown_zones_are_named(zones, said):

@@ -56,7 +56,7 @@ def light(name):
     """The tracker of a name, with few particles where it has any."""
     if name in FILTERS:
         return by_name.with_particles(name, 50)
-    return by_name.get(name)
+    return by_name.TRACKERS[name]
 
 
 @lru_cache
@@ -134,7 +134,7 @@ def test_lost_is_said_beyond_a_limit_on_the_distance(name):
 
 @pytest.mark.parametrize("name", AFTER_LIMIT)
 def test_lost_follows_from_the_distance_that_is_reported(name):
-    limit = limit_of(by_name.get(name))
+    limit = limit_of(by_name.TRACKERS[name])
     lost = [info["lost"] for info in infos(name)]
     assert lost == [info["distance"] > limit for info in infos(name)]
     assert any(lost) and not all(lost)
@@ -237,7 +237,7 @@ def test_nine_kernels_tell_look_alikes_apart():
         shares = []
         for seed, (item, ground) in enumerate(pairs):
             clip = short(look_alike(seed, item, ground), 90)
-            found = track(by_name.get(name), clip, seed).regions
+            found = track(by_name.TRACKERS[name], clip, seed).regions
             shares.append(np.mean(overlap(found, clip.truth) > 0.2))
         hits[name] = np.mean(shares)
     assert min(hits[name] for name in ("ssd", "pf-500", "combined", "guided")) >= 0.95

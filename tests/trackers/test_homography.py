@@ -197,8 +197,13 @@ def test_the_first_pass_ends_near_and_the_last_one_there():
     [
         (lambda: PlaneSSD(group="euclidean"), "group"),
         (lambda: PlaneSSD(passes=()), "passes"),
+        (lambda: PlaneSSD(passes=("3x3",)), "passes is of the type str"),
+        (lambda: PlaneSSD(passes=Kernels("3x3")), "passes"),
         (lambda: PlaneSSD(iterations=0), "iterations"),
         (lambda: PlaneCombined(spread=()), "spread"),
+        (lambda: PlaneCombined(spread=(-1.0,)), "spread"),
+        (lambda: PlaneCombined(spread=("a",) * 4), "spread"),
+        (lambda: PlaneCombined(spread=0.5), "spread"),
         (lambda: PlaneESM(blurs=(4,)), "blurs"),
         (lambda: card("fog", 0), "kind"),
     ],

@@ -51,7 +51,7 @@ def test_esm_ends_where_opencvs_alignment_ends(seed):
     region[3:], truth[:, :2] = 0.9 * region[3:], 0.9 * truth[:, :2]
     tracker = PlaneESM(blurs=(5,))
     state = tracker.init(frame, region, np.random.default_rng(0))
-    found, correlation = tracker.refine(state, later, truth)
+    found, correlation, _ = tracker.refine(state, later, truth)
     oracle = by_ecc(frame, later, region, truth)
     assert corner_error(found, oracle) < 0.05 and correlation > 0.98
     assert corner_error(found, truth) < 0.15
@@ -82,7 +82,7 @@ def test_esm_does_not_mind_the_light():
     frame, later, region, truth = facing_and_later(3)
     tracker = PlaneESM()
     state = tracker.init(frame, region, np.random.default_rng(0))
-    found, _ = tracker.refine(state, later, truth)
+    found, _, _ = tracker.refine(state, later, truth)
     darker = np.round(20 + 0.6 * later).astype(np.uint8)
     assert corner_error(tracker.refine(state, darker, truth)[0], found) < 0.05
 
@@ -93,7 +93,7 @@ def test_esm_begins_again_where_it_runs_away():
     state = tracker.init(frame, region, np.random.default_rng(0))
     far = of_regions([300.0, 20.0, 0, 20.0, 16.0])
     noise = np.random.default_rng(1).integers(0, 256, later.shape, dtype=np.uint8)
-    found, correlation = tracker.refine(state, noise, far)
+    found, correlation, _ = tracker.refine(state, noise, far)
     np.testing.assert_array_equal(found, far)
     assert correlation == 0
 
@@ -106,7 +106,7 @@ def test_what_lies_outside_the_frame_does_not_pull():
     tracker = PlaneESM(blurs=(5,))
     state = tracker.init(clip.frames[0], clip.truth[0], np.random.default_rng(0))
     start = moved(truth, np.array([0.02, -0.02, 0.02, 0.02]), np.ones(2))
-    found, _ = tracker.refine(state, clip.frames[10], start)
+    found, _, _ = tracker.refine(state, clip.frames[10], start)
     assert corner_error(found, truth) < 0.5
 
 
@@ -125,23 +125,24 @@ def test_esm_bounds_and_counts_its_steps_in_object_units(allowed, taken, monkeyp
     tracker = PlaneESM(iterations=allowed, blurs=(5,))
     region = np.array([90.0, 80.0, 0.0, 20.0, 12.0])
     state = tracker.init(clip.frames[0], region, np.random.default_rng(0))
-    found, correlation = tracker.refine(state, clip.frames[0], state.first)
+    found, correlation, steps = tracker.refine(state, clip.frames[0], state.first)
     sides, place = np.sqrt([20 / 12, 12 / 20]), state.first
     for k in range(taken):
         small = 1e-4 if k == 4 else 1.0
         step = np.clip(small * np.array([0.6, -0.7, 0.1, 0.02]), -0.5, 0.5)
         place = moved(place, step, sides)
     np.testing.assert_allclose(found, place)
-    assert calls == [(24, 40)] * taken and correlation == 0.25
+    assert calls == [(24, 40)] * taken and correlation == 0.25 and steps == taken
 
 
 def test_esm_says_how_alike_the_pictures_are():
     clip = card("base", 3).sequence()
     tracker, rng = PlaneESM(), np.random.default_rng(0)
     state = tracker.init(clip.frames[0], clip.truth[0], rng)
-    _, correlation = tracker.refine(state, clip.frames[4], state.first)
+    _, correlation, steps = tracker.refine(state, clip.frames[4], state.first)
     after, info = tracker.step(state, clip.frames[4], rng)
-    assert 0.9 < correlation < 1 and not info["lost"] and info["evaluations"] == 1
+    assert 0.9 < correlation < 1 and not info["lost"]
+    assert info["evaluations"] == info["steps"] == steps > 1
     assert info["distance"] == pytest.approx(np.sqrt(1 - correlation))
     np.testing.assert_array_equal(after.homography, info["homography"])
 
@@ -178,7 +179,7 @@ def test_esm_steps_in_the_plane_of_its_picture_whatever_the_region_is():
     start = state.first + np.array([[0, 0, 0.4], [0, 0, 0.2], [0, 0, 0]])
     (grey,) = tracker._smoothed(clip.frames[0])
     step, _ = esm_step(picture, homography_esm.facing(grey, start, picture))
-    found, _ = tracker.refine(state, clip.frames[0], start)
+    found, _, _ = tracker.refine(state, clip.frames[0], start)
     by_hand = moved(start, np.clip(step, -0.5, 0.5), np.sqrt([48 / 8, 8 / 48]))
     np.testing.assert_allclose(found, by_hand)
 

@@ -42,7 +42,7 @@ def picture(k):
 
 def light(name):
     """The tracker of a name, with few particles where it has any."""
-    tracker = by_name.get(name)
+    tracker = by_name.TRACKERS[name]
     if hasattr(tracker, "n") or hasattr(tracker, "filter"):
         return by_name.with_particles(name, 20)
     return tracker
@@ -76,7 +76,7 @@ def test_hundreds_of_frames_later_no_more_is_kept(name):
 
 
 def test_opencv_holds_no_frame_of_the_past():
-    tracker, rng = by_name.get("mil"), np.random.default_rng(0)
+    tracker, rng = by_name.TRACKERS["mil"], np.random.default_rng(0)
     alive = []
     state = tracker.init(picture(0), START, rng)
     for k in range(1, 12):

@@ -285,6 +285,12 @@ def test_what_must_not_change_costs_nothing():
     assert prior.cost(near) == pytest.approx(expected)
 
 
+def test_a_turn_beyond_the_half_is_a_small_one_the_other_way():
+    region = np.array([100.0, 80.0, 3.0, 40.0, 25.0])
+    prior = Prior(region, np.ones(4))
+    assert prior.off(displaced(region, dtheta=0.2 - 2 * np.pi))[2] == pytest.approx(0.2)
+
+
 def test_steps_of_the_optimiser_are_counted():
     clip = scene()
     image, target = learnt(clip)

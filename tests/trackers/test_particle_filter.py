@@ -60,9 +60,9 @@ def test_the_mean_of_the_kernels_weighs_less_sharply_than_their_sum():
 
 def test_the_defaults_that_are_printed():
     """In Sections IV-B and VI-A of [T09], and in Section 4 of [C14]."""
-    plain, sir = ParticleFilter(), by_name.get("sir")
+    plain, sir = ParticleFilter(), by_name.TRACKERS["sir"]
     assert (plain.n, plain.lam, plain.scheme) == (500, 20.0, "multinomial")
     assert plain.kernels == Kernels("tiles", "uniform")
     assert Combined().filter == ParticleFilter(n=75)
-    assert [by_name.get(f"pf-{k}").n for k in (1, 500, 75)] == [500, 500, 75]
+    assert [by_name.TRACKERS[f"pf-{k}"].n for k in (1, 500, 75)] == [500, 500, 75]
     assert (sir.n, sir.scheme, sir.bins) == (200, "systematic", ColorBins("hs"))

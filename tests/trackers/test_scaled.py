@@ -70,7 +70,7 @@ def test_a_scale_that_leaves_nothing_of_a_frame_is_told():
         Scaled(SSD(), 0.04).init(frame, np.array([40.0, 30, 0, 20, 10]), rng)
 
 
-@pytest.mark.parametrize("scale", [0, -1, 1.01, np.nan])
+@pytest.mark.parametrize("scale", [0, -1, 1.01, np.nan, "half"])
 def test_another_scale_is_refused(scale):
     with pytest.raises(ValueError, match="scale is"):
         Scaled(SSD(), scale)

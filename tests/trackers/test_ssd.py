@@ -51,6 +51,8 @@ def test_a_tracker_takes_its_steps_span_after_span():
         ("sizes", (2.0, 1.0)),
         ("sizes", (-1.0, 1.0)),
         ("sizes", (0.5, np.inf)),
+        ("sizes", 0.5),
+        ("spans", ("wide",)),
         ("kernels", "3x3"),
     ],
 )

@@ -144,7 +144,7 @@ def check(args) -> str | None:
     if args.starts and args.tracks:
         return "--tracks writes whole sequences; leave out --starts"
     if args.release and (args.names or said):
-        return "--release runs all trackers, and takes no other word"
+        return "--release chooses the trackers, and takes no other word"
     return None
 
 

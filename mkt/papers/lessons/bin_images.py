@@ -41,7 +41,7 @@ def scene(item: str = "car", ground: str = "workshop", **more: Any) -> Scene:
 
 
 def moving(before: Scene, speed: float) -> Scene:
-    """The same, while the object goes to the right at a speed [px a frame]."""
+    """The same, while the object goes to the right at a speed [px/frame]."""
     ends = [(t, 159.5 + speed * (t - 1), 119.5, 0.0, 1.0) for t in (0.0, 2.0)]
     return replace(before, target=replace(before.target, path=tuple(ends)), shutter=0.9)
 

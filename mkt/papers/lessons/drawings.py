@@ -64,8 +64,9 @@ def _two_bowls(x: Any) -> Any:
     return 1 - np.exp(-((x / 1.7) ** 2)) - 0.65 * np.exp(-(((x - 3.8) / 1.1) ** 2))
 
 
-def _slopes(x: float, h: float = 1e-3) -> tuple[float, float]:
+def _slopes(x: float) -> tuple[float, float]:
     """The first derivative of the curve, and the second."""
+    h = 1e-3
     low, middle, high = (_two_bowls(x + k * h) for k in (-1, 0, 1))
     return (high - low) / (2 * h), (high - 2 * middle + low) / h**2
 

@@ -29,6 +29,7 @@ from mkt.servoing.robot import Workspace, move
 from mkt.types import Array
 
 CAR = (0.0, 0.0, np.pi / 2)  # on the table [m, rad]
+LINES = 0.15  # [m] between two lines of the table
 MIDDLE_OF_IMAGE = (159.5, 119.5, np.pi / 2, 50.0, 31.25)  # where it is seen [px, rad]
 AXES = {"x": DESIRED, "y": CURRENT, "z": TRUTH}
 SAME_GAIN = 0.5  # lambda dt of the four errors of chapter 8
@@ -74,9 +75,9 @@ def camera_over_table(fig: Figure) -> None:
     fig.text(0.715, 0.08, "the table moves, the car does not", ha="center")
 
 
-def _table_lines(reach: float = 0.6, step: float = 0.15) -> list[Array]:
+def _table_lines(reach: float = 0.6) -> list[Array]:
     """The ends (2, 3) [m] of the lines of a squared table."""
-    at = np.arange(-reach, reach + step / 2, step)
+    at = np.arange(-reach, reach + LINES / 2, LINES)
     ends = np.array([-reach, reach])
     along = [np.column_stack([ends, [y, y], [0, 0]]) for y in at]
     return along + [np.column_stack([[x, x], ends, [0, 0]]) for x in at]

@@ -391,7 +391,7 @@ def four_wishes(fig: Figure) -> None:
 
 
 def next_hues() -> tuple[Array, Array]:
-    """Coefficients of two neighbouring hues: as they are, and shared; (2,) histograms.
+    """Histograms of two neighbouring hues: as they are, and shared.
 
     Returns
     -------

@@ -154,7 +154,7 @@ def start_from(
     way, axis = rng.uniform(0, 2 * np.pi, 2)
     sign, larger = rng.choice([-1, 1], 2)
     camera = Camera()
-    sides = 2 * region[3:] / Camera().focal
+    sides = 2 * region[3:] / camera.focal
     pose = planes.pose_of(truth, camera, sides)
     about = np.deg2rad(tilt) * np.array([np.cos(axis), np.sin(axis), 0])
     pose[:3, :3] = pose[:3, :3] @ Rotation.from_rotvec(about).as_matrix()
@@ -174,7 +174,7 @@ def aligned(kind: str, seed: int, start: Array) -> dict[str, Array]:
     ssd = PlaneSSD()
     esm = PlaneESM()
     by_kernels, _, _ = ssd.refine(ssd.init(first, region, rng), ssd.bins(frame), start)
-    by_pixels, _ = esm.refine(esm.init(first, region, rng), frame, start)
+    by_pixels, _, _ = esm.refine(esm.init(first, region, rng), frame, start)
     return {"kernels": by_kernels, "pixels": by_pixels}
 
 

@@ -428,7 +428,7 @@ BRIGHT = 1.5  # [cm], from here on black letters are read more easily than white
 AWAY = 100.0  # [cm], a loop that runs away
 FEW = 8  # fields that are framed as the best; of more none is
 SPEED, BACK = 5.0, 12.0  # of the target [cm/s], and when it turns back [s]
-HANDS = 12  # noises, over which the right map averages
+HANDS = 12  # the first exact; the right map averages over the noise of the others
 # [cm] on the table, at the desired distance: the car is 20 cm and 100 px long.
 PIXEL = 20 / 100
 

@@ -368,7 +368,7 @@ def configured(name: str, particles: int) -> Tracker:
     """A tracker by its name, "pf-75" and "combined" with so many particles."""
     if name in ("pf-75", "combined"):
         return by_name.with_particles(name, particles)
-    return by_name.get(name)
+    return by_name.TRACKERS[name]
 
 
 def _part_distances(clip: Clip, region: Region, k: int) -> Array:

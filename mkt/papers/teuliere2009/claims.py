@@ -138,7 +138,7 @@ def _fails_in_view(kind: str, seed: int) -> float:
     """Whether SSD fails on a scene without what stands in front, 0 or 1."""
     scene = replace(drawn(kind, seed).scene(), front=())
     clip = scene.sequence(kind)
-    return evaluate(track(by_name.get("ssd"), clip, seed), clip)["failed"]
+    return evaluate(track(by_name.TRACKERS["ssd"], clip, seed), clip)["failed"]
 
 
 @claim(
@@ -331,7 +331,7 @@ def _iterations(kind: str, seed: int) -> float:
     """Those of the combination over those of SSD, where both run."""
     clip = drawn(kind, seed).sequence()
     combined, ssd = (
-        track(by_name.get(name), clip, seed).info["steps"]
+        track(by_name.TRACKERS[name], clip, seed).info["steps"]
         for name in ("combined", "ssd")
     )
     both = (combined > 0) & (ssd > 0)

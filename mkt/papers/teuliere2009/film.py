@@ -14,6 +14,7 @@ from mkt.plotting import CONTRAST, DESIRED, in_style, new_figure
 from mkt.servoing.loop import Experiment, Run
 from mkt.types import Frame
 
+DPI = 80
 COLORS = {"$x_n$": CONTRAST[0], "$y_n$": CONTRAST[1]}
 
 
@@ -21,7 +22,6 @@ def film(
     experiment: Experiment,
     run: Run,
     size: tuple[float, float] = (7.6, 3.0),
-    dpi: float = 80,
 ) -> Iterator[Frame]:
     """The pictures of a run, one after the other.
 
@@ -31,15 +31,13 @@ def film(
     run : Run
         Of it.
     size : (width, height) [inch]
-    dpi : float
-        Dots an inch.
 
     Yields
     ------
     (H, W, 3) uint8 RGB array
     """
     with in_style():
-        fig = new_figure(size, dpi)
+        fig = new_figure(size, DPI)
         left = fig.add_axes((0.015, 0.02, 0.458, 0.87))  # the view fills its axes
         right = fig.add_axes((0.59, 0.15, 0.395, 0.74))
         left.set_axis_off()

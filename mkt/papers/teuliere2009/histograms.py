@@ -60,7 +60,7 @@ def still(item: str, seed: int = 0) -> Sequence:
 
 
 def _crossing(item: str, exposure: float, speed: float, seed: int) -> Scene:
-    """An object that moves along x at a constant speed [px a frame].
+    """An object that moves along x at a constant speed [px/frame].
 
     In frame 1 it is at the middle of the image.
     """

@@ -29,7 +29,7 @@ from mkt.servoing.features import Camera
 from mkt.servoing.loop import Experiment, Run, view
 from mkt.servoing.robot import Path, Workspace, circle, to_and_fro
 from mkt.servoing.self_motion import OFF, RAW, Kalman
-from mkt.trackers.by_name import get
+from mkt.trackers.by_name import TRACKERS
 from mkt.types import Array, ArrayLike
 
 REVERSALS = (6.0, 7.4)  # [s], printed: frames 30 and 37 at 5 frames a second
@@ -103,7 +103,7 @@ def experiment(
         Servo(gain=gain, filter=kalman, dt=1 / fps, dof=dof),
         path=PATHS[motion](seed, speed),
         frames=round(LENGTH * fps),
-        tracker=get("combined") if features == "tracker" else None,
+        tracker=TRACKERS["combined"] if features == "tracker" else None,
         jitter=FEATURES[features],
         seed=seed,
     )
