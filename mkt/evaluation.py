@@ -335,9 +335,10 @@ def accuracy(run: Restarted) -> float:
 
 
 def robustness(run: Restarted, span: int = 100) -> float:
-    """How probable it is to go `span` frames without a failure: exp(-span F / T).
+    """The score exp(-span F / T) of F failures in T frames.
 
-    NaN where no frame let the tracker start.
+    How probable it would be to go `span` frames without one, if they came at random and
+    equally often everywhere.  NaN where no frame let the tracker start.
     """
     if not run.starts:
         return np.nan

@@ -15,9 +15,9 @@ What it adds to the combination of [T09], each for a failure seen there:
   and m the step of the particles (blur, fast);
 * **a turn must earn its place**: each frame is explained with the first orientation and
   with a free one, and the free one is believed where it leaves less than a share of
-  O(x), as an F-test compares two models by the ratio of what they leave unexplained.
-  Where nothing fits well, small gains are chance: so one rule serves a person, whose
-  turns are never real, and a toy car, whose always are;
+  O(x).  That is the form of an F-test, but no level belongs to it.  Where nothing fits
+  well, small gains say nothing: so one rule serves a person, whose turns are never
+  real, and a toy car, whose always are;
 * **a velocity learnt from sure looks alone**: between two of them.  In doubt it is
   kept, and while the target is hidden it fades: a jump to a look-alike, or back from
   one, is no movement;
