@@ -711,6 +711,7 @@ def test_gallery_leads_to_every_figure_its_chapter_and_its_source(site, pages_of
 
 def test_every_claim_is_on_its_page_with_sentence_and_verdict_in_words(site, pages_of):
     text = unescape((site / "claims.html").read_text(encoding="utf-8"))
+    text = text.replace("\N{NO-BREAK SPACE}", " ")
     words = re.sub(r"</?a[^>]*>", "", text)
     for result in map(claims.judge, shipped.claimed()):
         assert result.claim.name in pages_of[site / "claims.html"].ids

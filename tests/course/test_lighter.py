@@ -9,7 +9,7 @@ from PIL import Image, ImageSequence
 
 from mkt.course.book import lighter
 from mkt.course.book.lighter import lighten
-from mkt.course.book.punctuation import with_signs
+from mkt.course.book.punctuation import with_signs, with_units
 
 
 def test_films_and_pictures_become_files_and_drawings_smaller(tmp_path):
@@ -113,3 +113,17 @@ def test_a_formula_keeps_the_signs_beside_it(text, whole):
     assert with_signs(kept) == whole.replace("{}", formula)
     other = kept.replace("mkt-math", "icon")
     assert with_signs(other) == other
+
+
+@pytest.mark.parametrize(
+    "text, whole",
+    [
+        ("<p>at 2.3 % of 40 px, 5 s</p>", "<p>at 2.3~% of 40~px, 5~s</p>"),
+        ("<p>5 <b>3 ms</b></p>", "<p>5 <b>3~ms</b></p>"),
+        ("<p>2 students, 3 mice, 9 m2</p>",) * 2,
+        ("<pre>a % b 3 % 5 px</pre> <code>3 % 2</code>",) * 2,
+        ('<img alt="3 px"><script>{"a": "3 px"}</script>',) * 2,
+    ],
+)
+def test_no_line_parts_a_number_from_its_unit(text, whole):
+    assert with_units(text) == whole.replace("~", "\N{NO-BREAK SPACE}")

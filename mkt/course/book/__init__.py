@@ -10,7 +10,7 @@ their sliders, `mkt.course.book.agreement` says which agree with the printed one
 beside them: `mkt.course.book.reference` for the pages of the library,
 `mkt.course.book.math_svg` for formulas, `mkt.course.book.accessibility`;
 `mkt.course.book.lighter` takes pictures and films out of the pages,
-`mkt.course.book.punctuation` keeps formulas and signs together, and
+`mkt.course.book.punctuation` keeps formulas and signs, numbers and units together, and
 `mkt.course.book.security` says what these may do.
 `mkt.course.book.depends` says what has to be made again.
 """

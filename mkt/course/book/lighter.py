@@ -15,7 +15,7 @@ from pathlib import Path
 import cv2
 from PIL import Image, ImageSequence
 
-from mkt.course.book.punctuation import with_signs
+from mkt.course.book.punctuation import with_signs, with_units
 from mkt.experiments.cache import Shelf, key
 
 FOLDER = "_static/data"
@@ -61,7 +61,7 @@ def lighten(folder: Path) -> None:
         lighter = INSIDE.sub(partial(_moved, folder / FOLDER, beside), text)
         lighter = DRAWING.sub(lambda found: found[1] + endings[found[2]], lighter)
         lighter = FILM.sub(r"\1.avif", lighter)
-        lighter = with_signs(_shorter(lighter))
+        lighter = with_units(with_signs(_shorter(lighter)))
         if lighter != text:
             page.write_text(lighter, encoding="utf-8")
 
