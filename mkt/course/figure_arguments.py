@@ -6,6 +6,7 @@ from typing import Any
 
 from mkt.course.own_tracker import enter
 from mkt.figures.registry import FIGURES, Entry
+from mkt.figures.static_panel import label
 
 ALL_TRACKERS = "own.success"  # draws whatever is registered
 SHORT = {"n": "particles"}  # as the papers call the number of particles
@@ -99,7 +100,8 @@ def _value(entry: Entry, name: str, text: str) -> Any:
     kind = max(map(type, known), key=(str, bool, int, float).index)
     if kind in (int, float):
         return _number(name, text, kind)
-    choices = {str(value): value for value in known}
+    choices = {label(value): value for value in known}  # as a page writes them
+    choices |= {str(value): value for value in known}
     if positions and text not in choices:
         raise ValueError(f"{name}={text}: choose from {', '.join(map(str, positions))}")
     return choices.get(text, text)

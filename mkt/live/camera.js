@@ -74,7 +74,7 @@ class Tracking {
       );
     this.curves = [
       curve("N_eff", "nEff", "#1e7dc1", () => this.controls.values.particles),
-      curve("likelihood", "likelihood", FOUND, () => 1),
+      curve("likelihood", "likeness exp(\u2212\u03bbd\u00b2)", FOUND, () => 1),
     ];
     this.said = el("p", { class: "mkt-note", role: "status" });
     this.numbers = el("p", { class: "mkt-note" });
@@ -290,7 +290,7 @@ class Tracking {
     const rate = span ? Math.round((1000 * (this.times.length - 1)) / span) : 0;
     this.numbers.textContent =
       `${lost ? "LOST" : "found"} \u00b7 distance ${distance.toFixed(2)} \u00b7 ` +
-      `likelihood ${likelihood.toFixed(2)} \u00b7 N_eff ${nEff.toFixed(0)} \u00b7 ` +
+      `likeness ${likelihood.toFixed(2)} \u00b7 N_eff ${nEff.toFixed(0)} \u00b7 ` +
       `${steps} Newton ${steps === 1 ? "step" : "steps"} \u00b7 ` +
       `${cost.toFixed(1)} ms for a frame \u00b7 ${rate} frames per second`;
   }

@@ -794,9 +794,10 @@ function roots(polynomial, start) {
   const spread = (i) => [Math.cos(i + 0.4), Math.sin(i + 0.4)];
   // From the real axis alone no pair of complex roots is ever found.
   const beside = ([re, im], i) => [re, im + 1e-3 * (i + 1)];
+  // Of another number they are no start: at some gains the degree falls.
+  const near = start?.length === polynomial.length - 1 && start.map(beside);
   let found =
-    start?.map(beside) ??
-    Array.from({ length: polynomial.length - 1 }, (_, i) => spread(i));
+    near || Array.from({ length: polynomial.length - 1 }, (_, i) => spread(i));
   for (let round = 0, change = 1; round < 500 && change > 1e-11; round++) {
     change = 0;
     found = found.map((z, i) => {

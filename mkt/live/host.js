@@ -36,10 +36,11 @@ export const host = {
   // another at once are one step back.
   keep(key, words) {
     const mine = location.hash.split("?")[0] === `#${key}`;
-    if (this.link(key, words) === location.href || (!mine && !words)) return;
+    const { moved = {} } = history.state ?? {};
+    if (this.link(key, words) === location.href) return;
+    if (!mine && !words && !moved[key]) return;
     const now = performance.now();
     const on = mine && now - this.kept < AT_ONCE;
-    const { moved = {} } = history.state ?? {};
     if (!history.state) history.replaceState({ moved }, "");
     const state = { moved: { ...moved, [key]: words } };
     history[on ? "replaceState" : "pushState"](state, "", this.link(key, words));

@@ -154,7 +154,7 @@ export class Controls {
     for (const [name, value] of Object.entries(values))
       this.values[name] = nearest(this.fields[name], value);
     this.show();
-    this.changed(this.values, quick, asked);
+    this.follow(quick, asked);
     if (!quick) host.keep(this.key, this.settings(), this.values);
   }
 
@@ -207,8 +207,15 @@ export class Controls {
       : "";
     this.values = values;
     this.show();
-    this.changed(this.values, false, true);
+    this.follow(false, true);
     return true;
+  }
+
+  // Have the figure follow, and say where it cannot.
+  follow(quick, asked) {
+    new Promise((done) => done(this.changed(this.values, quick, asked))).catch(
+      (error) => (this.note.textContent = `This cannot be drawn: ${error.message}.`),
+    );
   }
 
   // The line that makes the same figure with Python.

@@ -181,6 +181,8 @@ class Recorder:
             raise
         if isinstance(error, Exception):
             error.add_note(self._left())
+        elif not self.done:  # stopped before the first frame
+            _remove(files_of(self._output))
 
     def _close(self, whole: bool) -> None:
         with self._named():

@@ -313,10 +313,11 @@ class Adaptive:
 
     def switched(self, state: AdaptiveState, positives: int) -> AdaptiveState:
         """The state in its mode after a frame in which so many particles appear."""
+        limit = round(self.b * self.n, 9)  # .29 x 100 is a little less than 29
         if state.mode == INITIALISING:
-            found = positives > self.b * self.n
+            found = positives > limit
             return state._replace(mode=TRACKING if found else INITIALISING, missing=0)
-        missing = state.missing + 1 if positives < self.b * self.n else 0
+        missing = state.missing + 1 if positives < limit else 0
         mode = TRACKING if missing < self.patience else INITIALISING
         return state._replace(mode=mode, missing=missing)
 

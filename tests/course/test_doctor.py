@@ -3,6 +3,8 @@
 import os
 import subprocess
 import sys
+import sysconfig
+import venv
 
 import pytest
 
@@ -114,10 +116,24 @@ def test_an_environment_of_others_is_found(monkeypatch, tmp_path):
     assert found.state == doctor.WRONG and found.remedy == "delete the link"
 
 
+@pytest.mark.skipif(os.name == "nt", reason="servers are none of those")
 def test_a_server_whose_environment_is_marked_needs_no_other(monkeypatch, tmp_path):
+    """One that has the packages and nothing of ours, before the script has run."""
+    theirs = tmp_path / "theirs"
+    venv.create(theirs)
+    python, packages = theirs / "bin" / "python", sysconfig.get_path("purelib")
+    site = next(theirs.glob("lib/*/site-packages"))
+    (site / "packages.pth").write_text(packages)
+
+    def ran(*words):
+        bare = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+        return subprocess.run([python, *words], cwd=tmp_path, env=bare).returncode
+
+    assert ran("-c", "import mkt")
+    assert ran(ROOT / ".binder" / "postBuild") == 0
+    assert ran("-c", "import mkt; mkt.SSD()") == 0
     monkeypatch.setattr(environment, "VENV", tmp_path / ".venv")
-    monkeypatch.setattr(doctor.sys, "prefix", str(tmp_path))
-    exec(compile((ROOT / ".binder" / "postBuild").read_text(), "postBuild", "exec"), {})
+    monkeypatch.setattr(doctor.sys, "prefix", str(theirs))
     assert findings(doctor.virtual_environment)["environment"].state == doctor.FINE
 
 

@@ -252,3 +252,53 @@ def test_given_cells_that_are_gone_are_put_back_where_they_were(title):
     notebook.cells = [cell for cell in notebook.cells if name(cell) not in given]
     merged = marks.merged(lab, notebook).cells
     assert [name(cell) for cell in merged] == [name(cell) for cell in lab.cells]
+
+
+def test_points_that_are_typed_while_others_are_graded_stay(grades, monkeypatch):
+    folder = grades.parent / "submitted"
+    hand_in(folder / "bob" / "toy.ipynb", answer(**GOOD))
+    failures_of = grading.failures_of
+
+    def meanwhile(*args, **more):
+        typed(grades, "2,5")
+        return failures_of(*args, **more)
+
+    monkeypatch.setattr(grading, "failures_of", meanwhile)
+    rows = graded(folder, grades)
+    assert rows["ada"]["why"] == "2,5" and rows["bob"]["points"] == "3"
+    assert table.separator(grades) == ";"  # as the spreadsheet saved it
+
+
+def test_a_word_for_points_is_found_before_anything_is_graded(grades, monkeypatch):
+    hand_in(grades.parent / "submitted" / "bob" / "toy.ipynb", answer(**GOOD))
+    typed(grades, "2 pts")
+    monkeypatch.setattr(grading, "failures_of", None)
+    with pytest.raises(ValueError, match="ada, toy: '2 pts' in the table is not"):
+        grading.grade(grades.parent / "submitted", grades, trusted=True)
+
+
+@pytest.mark.parametrize(
+    "words", [grading.OURS, f"x\\n{grading.OLDER}\\nthe same file, as bob/toy.ipynb"]
+)
+def test_no_student_can_write_our_notes(toy, words):
+    said = f"def add(a, b):\n    raise ValueError({words!r})"
+    theirs = answer(**GOOD | {"add": said.replace("\\\\n", "\\n")})
+    hand_in(toy / "submitted" / "eve" / "toy.ipynb", theirs)
+    graded(toy / "submitted", toy / "grades.csv")
+    typed(toy / "grades.csv", "2")
+    row = graded(toy / "submitted", toy / "grades.csv")["eve"]
+    assert row["why"] == "2" and len(row["note"].splitlines()) == 1
+    assert "stops with ValueError" in page(toy / "grades.csv", "eve")
+
+
+def test_a_failure_of_ours_loses_no_typed_points(toy, monkeypatch):
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    broken = monkeypatch.context()
+    with broken as patched:
+        patched.setattr(grading, "failures_of", None)
+        trouble = grading.grade(toy / "submitted", toy / "grades.csv", trusted=True)
+    assert trouble and grading.OURS in trouble[0]
+    found = table.read(toy / "grades.csv")
+    table.write(toy / "grades.csv", [*found[0], "why"], [found[0] | {"why": "2"}], ",")
+    row = graded(toy / "submitted", toy / "grades.csv")["ada"]
+    assert row["why"] == "2" and row["points"] == "3"

@@ -5,7 +5,7 @@ import csv
 import nbformat
 
 from mkt.course import cli
-from mkt.course.labs import sandbox
+from mkt.course.labs import sandbox, table
 from mkt.course.labs.notebooks import released
 
 
@@ -94,4 +94,5 @@ def graded(folder, output, *words):
 def rows(output):
     """The rows of a table, {student: row}."""
     with output.open(newline="", encoding="utf-8-sig") as file:
-        return {row["student"]: row for row in csv.DictReader(file)}
+        found = csv.DictReader(file, delimiter=table.separator(output))
+        return {row["student"]: row for row in found}

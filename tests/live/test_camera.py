@@ -51,4 +51,4 @@ def test_what_was_learnt_of_an_earlier_box_is_not_tracked(page, again, sent):
 
 @pytest.mark.parametrize("strength, likelihood", [(1, 0.78), (20, 0.01)])
 def test_the_likelihood_is_that_of_the_lambda_that_is_set(page, strength, likelihood):
-    assert f"likelihood {likelihood:.2f}" in page(LIKELY, **{"lambda": strength})
+    assert f"likeness {likelihood:.2f}" in page(LIKELY, **{"lambda": strength})

@@ -518,6 +518,16 @@ def test_poles_from_those_of_a_near_gain(engine, gain, near, delay):
     assert np.abs(anew[:, None] - near).min(axis=1).max() < 1e-6
 
 
+def test_where_the_degree_falls_the_poles_of_a_near_gain_are_no_start(engine):
+    loop = {"gain": 5.0, "dt": 0.2, "delay": 0, "ratio": 0, "mismatch": 1.0}
+    anew, near = engine(
+        "const near = live.poles({ ...data.loop, gain: 4.9 });"
+        "return [live.poles(data.loop), live.poles(data.loop, near)];",
+        loop=loop,
+    )
+    assert anew == near == []
+
+
 BLURRED = """
 const [ground, sprite] = [data.ground, data.sprite].map(picture);
 const { data: pixels } = live.blurred(ground, sprite, data.region, data.motion);

@@ -145,8 +145,8 @@ def _add_grade(actions: Commands):
     grade.add_argument(
         "--separator",
         choices=(",", ";", "tab"),
-        default=",",
-        help="between the cells of the table; a German spreadsheet wants ';'",
+        help="between the cells of the table: as in one that is there, or a comma; "
+        "a German spreadsheet wants ';'",
     )
     grade.add_argument(
         "--trust-the-students",

@@ -216,6 +216,9 @@ def _track(args) -> int | None:
     done = recording.record(
         tracker, clip, output, chosen.seed, title=name, settings=chosen
     )
+    if not done:
+        print("stopped before the first frame: nothing was written", file=sys.stderr)
+        return INTERRUPTED
     print(*recording.files_of(output), sep="\n")
     changed = settings.changed_versions(chosen) if args.settings else ""
     if changed:

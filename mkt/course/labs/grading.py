@@ -1,8 +1,9 @@
 """Points for all that was handed in: ``labs grade``, a table and a page for each.
 
 The table is only ever written here.  A row that it has stays as it is, with what a
-teacher has typed into it, so that a run that was stopped can be started again.  A file
-that was handed in again has another row; the older ones say so, and have no page.
+teacher has typed into it, even while this runs, so that a run that was stopped can be
+started again.  A file that was handed in again has another row; the older ones say so,
+and have no page.
 """
 
 import tempfile
@@ -46,7 +47,7 @@ def grade(
     limit: float = 60,
     *,
     trusted: bool = False,
-    comma: str = ",",
+    comma: str | None = None,
 ) -> list[str]:
     """Grade all notebooks of a folder into a table, and a page for each beside it.
 
@@ -61,8 +62,9 @@ def grade(
         What a cell or a check may take.
     trusted : bool
         Whether the students' code may run without bubblewrap's box.
-    comma : str
-        What stands between two cells of the table.
+    comma : str, optional
+        What stands between two cells of the table; as in a table that is there, or a
+        comma.
 
     Returns
     -------
@@ -72,14 +74,17 @@ def grade(
     Raises
     ------
     ValueError
-        Where there is nothing to grade, no box, or another file in the table's place.
+        Where there is nothing to grade, no box, another file in the table's place, or
+        something else than points typed into it.
     InterruptedError
         At Ctrl-C; it says what is in the table.
     """
     if not trusted and not sandbox.program():
         raise ValueError(f"{sandbox.MISSING}; or say --trust-the-students")
     sources = labs()
-    rows = [row for row in _rows_so_far(output) if OURS not in row["note"]]
+    rows = _rows_so_far(output)
+    failed = [row for row in rows if row["note"].startswith(OURS)]
+    rows = [row for row in rows if row not in failed]
     with tempfile.TemporaryDirectory(prefix="mkt-labs-") as copies:
         ours = output, pages.rubrics_of(output), pages.folder_of(output)
         found = handed_in(folder, sources, Path(copies), ours)
@@ -90,18 +95,24 @@ def grade(
         left = [one for one in found if _key(one) not in done]
         rows = _without_late(rows, found)
         _tell_older(rows, found)
+        if rows:
+            _write(output, rows, [], sources, comma)
         try:
             for row in grader.rows(left):
-                _carry_over(row, rows, sources)
+                rows = _rows_so_far(output) if rows else []
+                _carry_over(row, [*rows, *failed], sources)
                 rows.append(row)
                 _write(output, rows, [row], sources, comma)
+            rows = _rows_so_far(output) if rows else []
             _write(output, rows, rows, sources, comma)
         except KeyboardInterrupt:
             state = f"has {len(rows)} rows" if rows else "was not begun"
             raise InterruptedError(
                 f"stopped: {output} {state}; the same command goes on from there"
             ) from None
-    return [f"{row['file']}: {row['note']}" for row in rows if OURS in row["note"]]
+    return [
+        f"{row['file']}: {row['note']}" for row in rows if row["note"].startswith(OURS)
+    ]
 
 
 def merge(output: Path) -> None:
@@ -116,9 +127,8 @@ def merge(output: Path) -> None:
     """
     if not output.is_file():
         raise ValueError(f"{output}: there is no such table; `labs grade` makes it")
-    comma = table.separator(output)
     rows = _rows_so_far(output)
-    _write(output, rows, rows, labs(), comma)
+    _write(output, rows, rows, labs(), None)
 
 
 def _rows_so_far(output: Path) -> list[Row]:
@@ -145,7 +155,7 @@ def _tell_older(rows: list[Row], found: Iterable[Submission]) -> None:
 
 
 def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
-    """Give a new row what was typed for an older version with the same answers.
+    """Give a new row what was typed for this file, or an older one with its answers.
 
     Where points were typed for other answers alone, it has a note.
     """
@@ -157,7 +167,11 @@ def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
             for old in older
             if old.get(one) and f"{one}: {UNANSWERED}" not in old["note"]
         ]
-        same = [old[one] for old in typed if old["answers"] == row["answers"]]
+        same = [
+            old[one]
+            for old in typed
+            if old["sha256"] == row["sha256"] or old["answers"] == row["answers"]
+        ]
         if same:
             row[one] = same[-1]
         elif typed:
@@ -165,9 +179,13 @@ def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
 
 
 def _write(
-    output: Path, rows: list[Row], new: list[Row], sources: Labs, comma: str
+    output: Path, rows: list[Row], new: list[Row], sources: Labs, comma: str | None
 ) -> None:
-    """Write the table with its totals, and the pages of its new rows."""
+    """Write the table with its totals, and the pages of its new rows.
+
+    Without a separator it has that of the table that is there, or a comma.
+    """
+    comma = comma or (table.separator(output) if output.exists() else ",")
     for row in rows:
         lab = sources.get(row["lab"])
         if lab is not None and row["points"]:

@@ -19,15 +19,19 @@ import types
 from collections.abc import Iterable
 from typing import Any
 
-from mkt.course.labs.student import CELLS, WHERE, Cell, Function, Student, TheirError
+from mkt.course.labs.student import (
+    CELLS,
+    WHERE,
+    Cell,
+    Function,
+    Student,
+    TheirError,
+    Trouble,
+)
 
 # [s] that a judge may take for itself beside the student's time.
 OWN_TIME = 300
 LONGEST = 1000  # [letters] of what is said of a cell; a student's list may be endless
-
-
-class Trouble(RuntimeError):
-    """The judge itself failed, which says nothing about the student."""
 
 
 class Judge:
@@ -77,6 +81,8 @@ class Judge:
                 return str(error)
             except AssertionError as error:
                 return str(error) or "the assertion is false"
+            except Trouble:
+                raise
             except Exception as error:
                 return f"stops with {type(error).__name__}: {error}"
         return ""
@@ -86,7 +92,7 @@ def names_of_others(cells: Iterable[Cell]) -> set[str]:
     """Names that some cells use and do not define."""
     used, defined = set(), set(dir(builtins))
     for cell in cells:
-        for node in ast.walk(ast.parse(cell.source)):
+        for node in ast.walk(_parsed(cell.source)):
             if isinstance(node, ast.Name):
                 (used if isinstance(node.ctx, ast.Load) else defined).add(node.id)
             elif isinstance(node, ast.arg):
@@ -96,6 +102,14 @@ def names_of_others(cells: Iterable[Cell]) -> set[str]:
             elif isinstance(node, ast.alias):
                 defined.add(node.asname or node.name.partition(".")[0])
     return used - defined
+
+
+def _parsed(source: str) -> ast.AST:
+    """Code, or nothing where it cannot be read, which its verdict says."""
+    try:
+        return ast.parse(source)
+    except (SyntaxError, ValueError):
+        return ast.Module([], [])
 
 
 def judged(
@@ -136,7 +150,8 @@ def judged(
             env=os.environ | {"MPLBACKEND": "agg", "MKT_STATIC": "0"},
         )
         said = json.loads(done.stdout)
-        return {name: words[:LONGEST] for name, words in said.items()}
+        # In one line each, which nobody can take for a note of ours.
+        return {name: " ".join(words.split())[:LONGEST] for name, words in said.items()}
     except subprocess.TimeoutExpired:
         raise Trouble("the judge did not come to an end") from None
     except ValueError:

@@ -17,6 +17,7 @@ says whose version this is, is left out.
 import copy
 import hashlib
 import re
+import shutil
 from pathlib import Path
 
 import nbformat
@@ -88,8 +89,9 @@ def _nbgrader(cell: NotebookNode) -> dict:
 
 
 def points(cell: NotebookNode) -> float:
-    """The points of a check or of a question."""
-    return cell.metadata["nbgrader"]["points"]
+    """The points of a check or of a question; 0 where a student has lost them."""
+    said = _nbgrader(cell).get("points")
+    return said if isinstance(said, int | float) else 0
 
 
 def of_role(notebook: NotebookNode, *roles: str) -> dict[str, NotebookNode]:
@@ -171,9 +173,13 @@ def for_nbgrader(folder: Path) -> list[Path]:
     for title, lab in known.items():
         lab.cells = [cell for cell in lab.cells if cell.get("id") != "teacher"]
         texts[folder / "source" / title / f"{title}.ipynb"] = nbformat.writes(lab)
-    for path, text in texts.items():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text.rstrip("\n") + "\n", encoding="utf-8")
+    try:
+        for path, text in texts.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text.rstrip("\n") + "\n", encoding="utf-8")
+    except BaseException:  # half a course would be in the way of the next try
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
     return list(texts)
 
 

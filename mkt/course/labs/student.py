@@ -16,8 +16,9 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
 from types import FunctionType
 from typing import Any, NamedTuple
 
@@ -58,6 +59,10 @@ class TheirError(Exception):
     """What went wrong in the student's code, in words."""
 
 
+class Trouble(RuntimeError):
+    """We failed ourselves, which says nothing about the student."""
+
+
 class Kept:
     """Stands for an object that stays with the student; its attributes can be read.
 
@@ -65,10 +70,38 @@ class Kept:
     ----------
     student : Student
     number : int
+    kind : str
+        The name of its type.
+    fields : list of str
+        Of a named tuple, empty for anything else.
     """
 
-    def __init__(self, student: "Student", number: int):
-        self.student, self.number = student, number
+    def __init__(self, student: "Student", number: int, kind: str, fields: list[str]):
+        self.student, self.number, self.kind, self.fields = (
+            student,
+            number,
+            kind,
+            fields,
+        )
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter([getattr(self, field) for field in self._named()])
+
+    def __len__(self) -> int:
+        return len(self._named())
+
+    def __getitem__(self, place: int) -> Any:
+        return getattr(self, self._named()[place])
+
+    def _named(self, *_: Any) -> Any:
+        if self.fields:
+            return self.fields
+        raise TheirError(
+            f"your code gives an object of the type {self.kind[:40]}, which a check "
+            "cannot look into: return numbers, a tuple, a list or an array"
+        )
+
+    __float__ = __abs__ = _named
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -154,16 +187,24 @@ class Student:
         """A process that waits for requests.
 
         One thread collects its answers, another looks at how much memory it takes.
+
+        Raises
+        ------
+        Trouble
+            Where there cannot be one.
         """
         command = [sys.executable, "-m", "mkt.course.labs.accused"]
-        self.process = subprocess.Popen(
-            sandbox.boxed([*command, "boxed"]) if self.boxed else command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            cwd=None if self.boxed else self.folder.name,
-            env=None if self.boxed else sandbox.environment_outside(),
-        )
+        try:
+            self.process = subprocess.Popen(
+                sandbox.boxed([*command, "boxed"]) if self.boxed else command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                cwd=None if self.boxed else self.folder.name,
+                env=None if self.boxed else sandbox.environment_outside(),
+            )
+        except OSError as error:  # such as too many processes
+            raise Trouble(f"a student's program cannot be started: {error}") from None
         self.pipe: Any = self.process.stdin
         self.answers: queue.Queue[bytes | None] = queue.Queue(1)
         self.functions: list[Callable] = []
@@ -174,7 +215,7 @@ class Student:
         ).start()
         if self.answers.get() is None:  # it greets, before it runs anything of theirs
             self.process = None
-            raise OSError("the students' programs cannot be started here")
+            raise Trouble("the students' programs cannot be started here")
 
     def stop(self) -> None:
         """End the process, and with a box all that it has started."""
@@ -206,17 +247,41 @@ class Student:
         TheirError
             Where there is none.
         """
-        self.start()
+        if self.process is None:
+            self.start()
+            self.allow()  # whatever its cells took
         left = self.deadline - time.monotonic()
         if left <= 0:
             raise TheirError(self.late())
         self.generators = []  # of this request; the states of earlier ones are known
-        self.say(request | {"limit": left})
-        while "back" in (answer := self.hear()):
-            self.say(self.called_back(answer))
+        called_back = False
+        with self.ended_after(left):
+            self.say(request | {"limit": left})
+            while "back" in (answer := self.hear()):
+                called_back = True
+                self.say(self.called_back(answer))
         if "error" in answer:
+            if called_back and answer["error"] == "KeyboardInterrupt":
+                self.stop()  # it would take our last answer for the next request
             raise _as_said(str(answer["error"]), str(answer["words"]), self.late())
         return answer
+
+    @contextmanager
+    def ended_after(self, left: float) -> Iterator[None]:
+        """End the process if it takes longer [s], and does not even listen."""
+        assert self.process is not None
+        timer = threading.Timer(left + self.patience, self.process.kill)
+        timer.daemon = True
+        timer.start()
+        try:
+            yield
+        finally:
+            timer.cancel()
+
+    @property
+    def patience(self) -> float:
+        """What an interrupted process may take to end [s]."""
+        return min(PATIENCE, self.limit)
 
     def late(self) -> str:
         """The message about what took too long."""
@@ -241,9 +306,11 @@ class Student:
         """
         words = DIED
         try:
-            left = max(0, self.deadline - time.monotonic())
-            message = self.answers.get(timeout=left + min(PATIENCE, self.limit))
-            answer = unpack(message or b"", lambda number: Kept(self, number))
+            left = self.deadline + self.patience - time.monotonic()
+            if left <= 0:  # however many messages there are
+                raise queue.Empty
+            message = self.answers.get(timeout=left)
+            answer = unpack(message or b"", partial(Kept, self))
             for k, state in answer["states"].items():
                 self.generators[k].bit_generator.state = state
             return answer

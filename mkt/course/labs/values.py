@@ -51,35 +51,43 @@ def _nested(value: Any, arrays: list[np.ndarray], keep: Callable[[Any], int]) ->
     def inner(parts: Any) -> list:
         return [_nested(part, arrays, keep) for part in parts]
 
+    if isinstance(value, complex) and not isinstance(value, np.generic):
+        value = np.complex128(value)
     if isinstance(value, (np.ndarray, np.generic)) and value.dtype.kind in KINDS:
         arrays.append(np.asarray(value))
         return ["a" if isinstance(value, np.ndarray) else "s", len(arrays) - 1]
-    if value is None or type(value) in (bool, int, float, str):
+    if value is None or isinstance(value, bool):
         return value
-    if type(value) is dict:
+    for plain in (int, float, str):  # of a subclass, what is plain in it
+        if isinstance(value, plain):
+            return plain(value)
+    if isinstance(value, dict):
         return ["d", inner(value.items())]
-    if type(value) in (list, tuple):
-        return [type(value).__name__[0], inner(value)]
-    return ["k", keep(value)]
+    fields = getattr(value, "_fields", ()) if isinstance(value, tuple) else ()
+    if isinstance(value, (list, tuple, range)) and not fields:
+        return ["t" if isinstance(value, tuple) else "l", inner(value)]
+    return ["k", [keep(value), type(value).__name__, fields]]
 
 
-def unpack(message: bytes, kept: Callable[[int], Any]) -> Any:
+def unpack(message: bytes, kept: Callable[[int, str, list[str]], Any]) -> Any:
     """The value that `pack` made a message of.
 
     Parameters
     ----------
     message : bytes
     kept : callable
-        What stands for an object that was kept, by its number.
+        What stands for an object that was kept, by its number, the name of its type,
+        and its fields if it is a named tuple.
 
     Raises
     ------
     ValueError, TypeError, KeyError, IndexError, RecursionError
         For bytes that are none of `pack`.
     """
-    head, _, rest = message.partition(b"\n")
+    head, _, bodies = message.partition(b"\n")
     skeleton, kinds = json.loads(head)
     arrays = []
+    rest = memoryview(bodies)
     for name, shape in kinds:
         dtype = np.dtype(name)
         if dtype.kind not in KINDS:
@@ -90,15 +98,19 @@ def unpack(message: bytes, kept: Callable[[int], Any]) -> Any:
     return _built(skeleton, arrays, kept)
 
 
-def _built(nested: Any, arrays: list[np.ndarray], kept: Callable[[int], Any]) -> Any:
-    """The value that `_nested` took apart."""
+def _built(
+    nested: Any, arrays: list[Any], kept: Callable[[int, str, list[str]], Any]
+) -> Any:
+    """The value that `_nested` took apart; each array is in one place of it."""
     if not isinstance(nested, list):
         return nested
     letter, content = nested
     if letter in "as":
-        return arrays[content] if letter == "a" else arrays[content][()]
+        array, arrays[content] = arrays[content], None
+        return array[...] if letter == "a" else array[()]
     if letter == "k":
-        return kept(int(content))
+        number, kind, fields = content
+        return kept(int(number), str(kind), list(map(str, fields)))
     inner = [_built(part, arrays, kept) for part in content]
     return {"l": list, "t": tuple, "d": dict}[letter](inner)
 

@@ -15,6 +15,7 @@ from mkt.course.labs.notebooks import name
 
 NOBODYS = 1  # the seed while no name is written
 FIRST = 2000  # beyond those that trackers were tuned and are judged on
+LONGEST = 10_000  # [letters] of the cell with a name
 MANY = 10**6  # so two of sixty students share a scene in one class of six hundred
 
 
@@ -54,8 +55,8 @@ def plain_name(text: str) -> str:
 def written_name(notebook: NotebookNode) -> str:
     """The name that stands in a notebook's ``my_name``, "" where none can be read."""
     sources = [cell.source for cell in notebook.cells if name(cell) == "my_name"]
-    try:
-        nodes = list(ast.walk(ast.parse("\n".join(sources))))
+    try:  # Python takes half a kilobyte of memory for each letter that it reads
+        nodes = list(ast.walk(ast.parse("\n".join(sources)[:LONGEST])))
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         return ""  # the last two are what Python says of what is nested too deep
     returned = [node.value for node in nodes if isinstance(node, ast.Return)]

@@ -1,0 +1,154 @@
+"""A judge and the program of a student: what one piece does costs no other piece."""
+
+import time
+from collections import namedtuple
+
+import numpy as np
+import pytest
+
+from mkt.course.labs import student as students
+from mkt.course.labs.judge import Judge, judged
+from mkt.course.labs.student import Cell, Student, TheirError, Trouble
+from mkt.course.labs.values import pack, unpack
+from mkt.course.labs.variants import LONGEST, written_name
+from tests.course.toy_lab import GOOD, answer
+
+Point = namedtuple("Point", "x y")
+ADD = Cell("add", "def add(a, b):\n    return a + b")
+
+
+def verdicts(theirs, checks, limit=1.5):
+    """What fails, {name: why}, of pieces of code by name."""
+    cells = [Cell(*pair) for pair in checks.items()]
+    return judged([], cells, theirs, limit, boxed=False)
+
+
+def test_a_loop_that_asks_the_judge_without_end_costs_the_next_check_nothing():
+    loop = Cell("endless", "def endless(asked):\n    while asked():\n        pass")
+    checks = {
+        "calls back": "endless(lambda: True)",
+        "adds": "assert add(1, 2) == 3",
+        "adds again": "assert add(5, 5) == 10, add(5, 5)",
+    }
+    for _ in range(3):  # where the interrupt lands is chance
+        said = verdicts([loop, ADD], checks)
+        assert list(said) == ["calls back"]
+
+
+def test_a_check_has_its_own_time_whatever_the_cells_took_before_it():
+    crash = Cell("crash", "import os\ndef crash():\n    os._exit(1)")
+    slow = Cell("slow", "import time\ntime.sleep(1.2)")
+    late = Cell("late", "def late():\n    time.sleep(0.6)\n    return 1")
+    checks = {"dies": "crash()", "is late": "assert late() == 1"}
+    assert list(verdicts([crash, late, slow], checks)) == ["dies"]
+
+
+def test_who_calls_back_without_end_is_stopped_in_time(monkeypatch):
+    monkeypatch.setattr(students, "PATIENCE", 0.5)
+    spam = Cell(
+        "spam",
+        "import gc\n"
+        "from mkt.course.labs.accused import Accused\n"
+        "def spam(asked):\n"
+        "    me = next(o for o in gc.get_objects() if type(o).__name__ == 'Accused')\n"
+        "    while True:\n"
+        "        try:\n"
+        "            me.say({'back': 0, 'args': (), 'kwargs': {}})\n"
+        "        except BaseException:\n"
+        "            pass\n",
+    )
+    start = time.monotonic()
+    with Student([spam], 0.5, boxed=False) as student:
+        check = Cell("check", "spam(lambda: 1)")
+        assert Judge([], [check], student).verdicts()["check"]
+    assert time.monotonic() - start < 20
+
+
+def test_a_failure_of_ours_is_no_verdict_on_the_student(monkeypatch):
+    def refused(*_, **__):
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    crash = Cell("crash", "import os\ndef crash():\n    os._exit(1)")
+    with Student([crash, ADD], 5, boxed=False) as student:
+        judge = Judge([], [Cell("c", "crash()"), Cell("a", "add(1, 2)")], student)
+        monkeypatch.setattr(students.subprocess, "Popen", refused)
+        with pytest.raises(Trouble, match="cannot be started.*unavailable"):
+            judge.verdicts()
+
+
+def test_what_a_student_says_is_one_line():
+    words = "def add(a, b):\n    raise ValueError('x\\nan older version of this file')"
+    said = verdicts([Cell("add", words)], {"adds": "add(1, 2)"})
+    assert "\n" not in said["adds"]
+
+
+def answered(value):
+    """A value as the judge sees it."""
+    kept = []
+    message = pack(value, lambda one: kept.append(one) or len(kept) - 1)
+    return unpack(message, lambda *told: told)
+
+
+class Few(list):
+    """A list by another name."""
+
+
+@pytest.mark.parametrize(
+    "value, seen",
+    [
+        (range(3), [0, 1, 2]),
+        (Few([1, 2]), [1, 2]),
+        (True, True),
+        (type("Deep", (float,), {})(0.5), 0.5),
+        (2 + 1j, 2 + 1j),
+        ({"a": (1, None)}, {"a": (1, None)}),
+        (Point(1, 2), (0, "Point", ["x", "y"])),
+        (iter([1]), (0, "list_iterator", [])),
+    ],
+)
+def test_what_is_plain_in_a_value_is_seen_by_the_judge(value, seen):
+    assert answered(value) == seen
+
+
+def test_arrays_are_seen_as_they_are_and_each_in_one_place():
+    arrays = [np.arange(6.0).reshape(2, 3), np.zeros((0, 4)), np.float32(2.5)]
+    for one, other in zip(answered(arrays), arrays, strict=True):
+        np.testing.assert_array_equal(one, other)
+        assert one.dtype == other.dtype
+    with pytest.raises(TypeError):
+        unpack(b'[["l", [["a", 0], ["a", 0]]], [["<f8", [1]]]]\n' + bytes(8), None)
+
+
+def test_a_named_tuple_can_be_taken_apart_and_a_generator_is_named():
+    two = Cell(
+        "two",
+        "from collections import namedtuple\n"
+        "P = namedtuple('P', 'x y')\n"
+        "def two():\n    return P(1, 2)\n"
+        "def lazy():\n    return (k for k in range(2))",
+    )
+    checks = {
+        "two": "x, y = two()\nassert x + y + two().y + two()[0] + len(two()) == 8",
+        "lazy": "x, y = lazy()",
+    }
+    said = verdicts([two], checks, 5)
+    assert list(said) == ["lazy"] and "of the type generator" in said["lazy"]
+    assert "return numbers, a tuple" in said["lazy"]
+
+
+def test_no_name_is_looked_for_in_a_cell_without_end():
+    plain = 'def my_name():\n    return "Ada"\n'
+    notebook = answer(**GOOD)
+    notebook.cells[0].source = plain
+    notebook.cells[0].metadata["nbgrader"]["grade_id"] = "my_name"
+    assert written_name(notebook) == "Ada"
+    notebook.cells[0].source = plain + "x = " + "[1]," * LONGEST
+    start = time.process_time()
+    written_name(notebook)
+    assert time.process_time() - start < 5
+
+
+def test_an_object_that_stays_there_says_what_to_do():
+    with Student([Cell("f", "def f():\n    return object()")], 5, boxed=False) as one:
+        with pytest.raises(TheirError, match="of the type object"):
+            abs(students.Function(one, "f", dict)())
