@@ -165,8 +165,9 @@ def true_positives(iou: ArrayLike, limit: float = HIT, hidden: bool = False) -> 
     limit : float
         T_lim.
     hidden : bool
-        Divide by all frames but the first, as [C14] does, although no tracker can score
-        where there is no truth; else by those in which the target is seen.
+        Divide by all frames but the first, as the printed fractions of [C14] suggest,
+        although no tracker can score where there is no truth; else by those in which
+        the target is seen.
 
     Returns
     -------

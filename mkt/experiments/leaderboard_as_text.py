@@ -28,9 +28,9 @@ a scene of every kind; unknown for one case alone.  *place*: more than one where
 paired t-test between cases cannot tell the neighbours apart (2.5 % on one side).
 *behind the first*: the mean difference over the same cases, with its interval.
 *true positives*: seen frames with an overlap above .2; *of all frames*: the same out
-of all frames, hidden ones too, as [C14] counts.  *area*: under the success curve, as
-in OTB.  *lost*: runs without a hit in their last ten frames.  *CPU ms*: for each frame,
-median over the runs."""
+of all frames, hidden ones too (as the fractions of [C14] are).  *area*: under the
+success curve, as in OTB.  *lost*: runs without a hit in their last ten frames.  *CPU
+ms*: for each frame, median over the runs."""
 
 
 def overall(places: list[Place]) -> list[list[str]]:

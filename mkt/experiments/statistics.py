@@ -1,12 +1,14 @@
 """How sure a number over runs is: exact intervals, tests, and summaries of many runs.
 
 Four kinds of number, each with its interval and its test; the values are one for each
-run, and runs are independent of each other:
+run, and runs are taken as independent of each other.  Scenes of one object are more
+alike than those of two, so that an interval speaks for new paths of these objects:
 
 * `MEDIAN` of any values: the interval ends at two of the sorted values, which covers
   the median whatever the distribution is; the sign test, in which a value that equals
   the bound speaks against what is claimed.
-* `MEAN` of any values: Student's t.
+* `MEAN` of any values: Student's t.  It knows only their spread, and so it takes
+  values that are all alike for certain.
 * `SHARE` of the runs in which something is so, values 0 and 1: Clopper and Pearson's
   interval; the binomial test.
 * `PAIRS`, the difference of two such shares over the same runs, values -1, 0 and 1: the

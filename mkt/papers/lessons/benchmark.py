@@ -52,9 +52,9 @@ def success_curves(
     Left, the share of frames whose overlap exceeds T_lim, against T_lim.  Right, the
     same share at the limit of the slider (dashed), in the same colours and beside the
     same line: plain out of the frames in which the target is seen, hatched out of all
-    frames, as [C14] counts; then the area under the curve, as in OTB.  Synthetic data:
-    one sequence, one run of each tracker of the library but MIL, which would take
-    longer than all the others together.
+    frames, as the fractions of [C14] suggest; then the area under the curve, as in OTB.
+    Synthetic data: one sequence, one run of each tracker of the library but MIL, which
+    would take longer than all the others together.
     """
     names = quick()
     iou = overlaps_on(Drawn(scene, seed), names)

@@ -250,8 +250,10 @@ def the_update_estimates_the_scale_better(runs: Runs) -> list[Part]:
     the printed radius of the kernel.  The paper speaks of viewing angles and of
     rotations out of the plane: here the van takes other colours all over, or it turns
     as a box does, whose old side stays in sight until frame 135.  A tracker that has
-    lost the van has a size too, and that counts.  The last line is ours: when the scale
-    alone changes, the model has nothing to learn, and forgets its own size.
+    lost the van has a size too, and that counts.  The paper says "better", so that more
+    than none is asked; a gain of .2 is what we had asked for before the runs, and is
+    ours.  The last line is ours, too: when the scale alone changes, the model has
+    nothing to learn, and forgets its own size.
     """
     rows = over_seeds(drives, runs.seeds)
 
@@ -264,12 +266,15 @@ def the_update_estimates_the_scale_better(runs: Runs) -> list[Part]:
 
     compared = "with update minus without"
     hits, off = f"share of true positives, {compared}", f"error of H_x, {compared}"
-    box, alone = gains("turns", "hits"), gains("same", "scale")
+    fades, box = gains("fades", "hits"), gains("turns", "hits")
+    alone = gains("same", "scale")
     return [
-        Part(f"other colours: {hits}", gains("fades", "hits"), 0.2),
+        Part(f"other colours: {hits}", fades, 0),
         Part(f"other colours: {off}", gains("fades", "scale"), 0, below=True),
-        Part(f"a box that turns: {hits}", box, 0.2),
+        Part(f"a box that turns: {hits}", box, 0),
         Part(f"a box that turns: {off}", gains("turns", "scale"), 0, below=True),
+        Part(f"other colours: {hits}", fades, 0.2, ours=True),
+        Part(f"a box that turns: {hits}", box, 0.2, ours=True),
         Part(f"scale alone: {off}", alone, 0, True, ours=True),
     ]
 

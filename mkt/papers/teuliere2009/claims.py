@@ -43,6 +43,7 @@ ALL = ("base", *OCCLUDED, *BLURRED)
 # "One kernel" as the paper's Section IV-B may be read: constant, on all of the box.
 RECTANGLE = Kernels("one", "uniform", span=1.5, elliptic=True)
 ONE_RECTANGLE = ParticleFilter(n=500, kernels=RECTANGLE)
+STEEP = replace(ONE_RECTANGLE, lam=180)  # nine times 20, as the sum over nine parts is
 NEAR = np.deg2rad(np.arange(-30, 31, 2))  # turns over which a curvature is taken
 FLAT = 1e-3  # [1/rad^2]: less is taken for no curvature at all
 
@@ -184,29 +185,30 @@ def _shrinking(runs: Runs, kind: str) -> list[Part]:
 @claim(
     "T09-d",
     "figure 6, row (1)",
-    base=contenders("pf-1", "pf-500", rectangle=ONE_RECTANGLE),
+    base=contenders("pf-1", "pf-500", rectangle=ONE_RECTANGLE, steep=STEEP),
 )
 def one_kernel_misses_the_orientation(runs: Runs) -> list[Part]:
     """With a single kernel even 500 particles estimate the orientation poorly.
 
     The single kernel is constant on the whole rectangle.  The one of our figure 6 is
-    round, and cannot know the orientation whatever it sees.
+    round, and cannot know the orientation whatever it sees.  With the printed exponent,
+    20 d^2 of one kernel against the sum of 20 d_j^2 over nine, two things change at
+    once; with nine times that ("as steep") the kernel alone does.  These lines came
+    after the runs: that one kernel is worse has a say, how much is ours.
     """
     nine = runs("base", "pf-500", "orientation")
+    error = "base: error of the orientation, one"
+    rectangle, steep, round_one = (
+        runs("base", name, "orientation") for name in ("rectangle", "steep", "pf-1")
+    )
+    as_steep = f"{error} rectangular kernel, as steep"
     return [
-        part
-        for name, text in (("rectangle", "rectangular"), ("pf-1", "round"))
-        for part in _lost_turns(text, runs("base", name, "orientation"), nine)
-    ]
-
-
-def _lost_turns(text: str, one: Array, nine: Array) -> list[Part]:
-    """What T09-d says about one kernel; a round one cannot but lose the orientation."""
-    error = f"base: error of the orientation, one {text} kernel"
-    ours = text == "round"
-    return [
-        Part(error, one, 10, unit="deg", ours=ours),
-        Part(f"{error} over nine parts", one / nine, 2, ours=ours),
+        Part(f"{error} rectangular kernel", rectangle, 10, unit="deg"),
+        Part(f"{error} rectangular kernel over nine parts", rectangle / nine, 2),
+        Part(f"{as_steep}, over nine parts", steep / nine, 1),
+        Part(as_steep, steep, 10, unit="deg", ours=True),
+        Part(f"{error} round kernel", round_one, 10, unit="deg", ours=True),
+        Part(f"{error} round kernel over nine parts", round_one / nine, 2, ours=True),
     ]
 
 
@@ -232,16 +234,16 @@ def the_combination_is_as_accurate(runs: Runs) -> list[Part]:
     """The combination with 75 particles is as accurate as the particle filter with 500.
 
     As accurate means at most .02 of overlap worse.  75 of 500 particles are 85 % fewer;
-    the paper's conclusion says 75 %.  As accurate it is called for a target that is
-    sharp and hidden for a while: *fast* and *blur* are our question.  At first they had
-    a say, too.
+    the paper's conclusion says 75 %.  The paper says it of a sequence with an occlusion
+    and fast motion; *blur*, slow motion behind a shutter that stays open, is our
+    question, and had a say at first.
     """
     return [
         Part(
             f"{kind}: overlap, combination minus 500 particles",
             runs(kind, "combined", "overlap") - runs(kind, "pf-500", "overlap"),
             -MARGIN,
-            ours=kind in ("fast", "blur"),
+            ours=kind == "blur",
         )
         for kind in ALL
     ]
@@ -351,7 +353,8 @@ class _Followed(NamedTuple):
     peak : float
         The filter's largest error after a reversal, over its RMS in steady motion.
     right : float
-        The share of steady frames in which the sign of the estimate is right.
+        The share of the frames between the two reversals in which the sign of the
+        estimate is right.
     """
 
     raw: float
@@ -369,13 +372,15 @@ def the_self_motion_is_compensated(runs: Runs) -> list[Part]:
     velocity. The combination with 75 particles in the loop at 5 frames per second; for
     each seed another hand drives the car. A fifth, and 5 % in steady motion, are what
     we had asked for before the runs. The paper says only "reducing", and so we now ask
-    for less than without compensation. In steady motion: between 2.4 s after a change
-    of the velocity and the next; after a reversal: for one second.
+    for less than without compensation. The sign was first looked at in steady motion,
+    which goes one way alone, so that any constant would have passed. In steady motion:
+    between 2.4 s after a change of the velocity and the next; after a reversal: for one
+    second.
     """
     hands = pd.DataFrame(over_seeds(_followed, runs.seeds))
     without = "over no compensation"
     peak = "filter: largest error after a reversal over RMS in steady motion"
-    right = "share of steady frames in which the estimate's sign is right"
+    right = "share of frames between the reversals in which its sign is right"
     ratios = (
         (f"RMS error in y, raw measurement {without}", hands["raw"], 0.2),
         (f"RMS error in y, Kalman filter {without}", hands["filtered"], 0.2),
@@ -411,7 +416,7 @@ def _followed(seed: int) -> _Followed:
         filtered=rms(error) / rms(without),
         calm=calm / rms(without[steady]),
         peak=np.abs(error[turned]).max() / calm,
-        right=right[steady[1:]].mean(),
+        right=right[_turned_back(off.times)[1:]].mean(),
     )
 
 
@@ -424,3 +429,9 @@ def _steady(t: Array) -> NDArray:
 def _turned(t: Array) -> NDArray:
     """Which times (T,) [s] lie in the second after a reversal, bool."""
     return np.any([(t > time) & (t <= time + 1) for time in REVERSALS], 0)
+
+
+def _turned_back(t: Array) -> NDArray:
+    """Which times (T,) [s] lie between the reversals, bool."""
+    first, second = REVERSALS
+    return (t > first) & (t <= second)
