@@ -337,12 +337,13 @@ def box() -> Finding:
     """What keeps the students' programs apart where a teacher grades labs."""
     from mkt.course.labs import sandbox
 
-    found = sandbox.program()
+    found, why = sandbox.program(), sandbox.refusal()
+    missing = "may not run" if found else "not on the path"
     return _judged(
-        found is not None,
+        not why,
         "bubblewrap",
-        found or "not on the path, and only needed to grade labs",
-        sandbox.MISSING,
+        f"{missing}, and only needed to grade labs" if why else str(found),
+        why,
         NOTE,
     )
 

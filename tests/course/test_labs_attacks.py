@@ -13,6 +13,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
+from mkt.course import doctor
 from mkt.course.labs import grading, sandbox, student, table
 from mkt.course.labs.notebooks import FOLDER
 from mkt.course.labs.student import Cell, Function, Student, TheirError
@@ -384,6 +385,20 @@ def test_a_failure_of_ours_leaves_the_mark_empty_and_ends_in_exit_code_1(
     monkeypatch.undo()
     text = (toy / "grades.csv").read_text(encoding="utf-8-sig")
     assert text.splitlines()[1].startswith("ada,toy,,,,")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a script is no program there")
+def test_a_box_that_may_not_be_made_says_why(tmp_path, monkeypatch):
+    bwrap = tmp_path / "bwrap"
+    bwrap.write_text(
+        "#!/bin/sh\necho setting up uid map: Permission denied >&2; exit 1"
+    )
+    bwrap.chmod(0o755)
+    monkeypatch.setattr(sandbox, "program", lambda: str(bwrap))
+    with pytest.raises(ValueError, match="may not run: setting up uid map.*--trust"):
+        grading.grade(tmp_path, tmp_path / "grades.csv")
+    assert doctor.box().state == doctor.NOTE
+    assert "Permission denied" in doctor.box().remedy
 
 
 def test_without_a_box_nothing_runs_unless_the_students_are_trusted(toy, monkeypatch):

@@ -79,8 +79,8 @@ def grade(
     InterruptedError
         At Ctrl-C; it says what is in the table.
     """
-    if not trusted and not sandbox.program():
-        raise ValueError(f"{sandbox.MISSING}; or say --trust-the-students")
+    if not trusted and (why := sandbox.refusal()):
+        raise ValueError(f"{why}; or say --trust-the-students")
     sources = labs()
     rows = _rows_so_far(output)
     failed = [row for row in rows if row["note"].startswith(OURS)]

@@ -39,6 +39,16 @@ def program() -> str | None:
     return shutil.which("bwrap")
 
 
+def refusal() -> str:
+    """Why no box can be made here, in a sentence; "" where one can."""
+    if not program():
+        return MISSING
+    done = subprocess.run(boxed(["true"]), capture_output=True, text=True)
+    if done.returncode == 0:
+        return ""
+    return f"bubblewrap is on this machine, and may not run: {done.stderr.strip()}"
+
+
 def boxed(command: list[str]) -> list[str]:
     """A command that runs another one in a box of its own."""
     readable = [*SYSTEM, *dict.fromkeys([sys.prefix, sys.base_prefix])]
