@@ -337,7 +337,8 @@ def box() -> Finding:
     """What keeps the students' programs apart where a teacher grades labs."""
     from mkt.course.labs import sandbox
 
-    found, why = sandbox.program(), sandbox.refusal()
+    found = sandbox.program()
+    why = sandbox.refusal()
     missing = "may not run" if found else "not on the path"
     return _judged(
         not why,

@@ -687,6 +687,31 @@ def test_back_shows_the_other_figures_of_a_page_as_they_were(opened):
             page.wait_for_function(found, arg=[slider.element_handle(), value])
 
 
+def test_a_figure_that_was_reset_is_so_too_when_its_reader_comes_back(opened):
+    page = opened(HISTOGRAMS)
+    panels = [ready(page, ".", place) for place in (0, 1)]
+    first, other = (panel.locator("input[type=range]").first for panel in panels)
+    begun = first.input_value()
+    steps = (
+        lambda: first.press("ArrowLeft"),
+        lambda: other.press("ArrowLeft"),
+        lambda: panels[0].locator(".mkt-reset").click(),
+        lambda: other.press("ArrowLeft"),
+    )
+    for step in steps:
+        before = page.evaluate("JSON.stringify([location.href, history.state])")
+        step()
+        page.wait_for_function(
+            "before => JSON.stringify([location.href, history.state]) !== before",
+            arg=before,
+        )
+        page.wait_for_timeout(700)  # moves that follow at once are one step back
+    page.go_back()
+    page.go_forward()
+    page.wait_for_timeout(300)
+    assert first.input_value() == begun
+
+
 def test_the_script_has_every_figure_that_is_registered_as_live():
     names = re.findall(r'^"([\w.]+)": \w+,$', live.script(), re.MULTILINE)
     assert sorted(names) == sorted(LIVE)

@@ -152,3 +152,10 @@ def test_an_object_that_stays_there_says_what_to_do():
     with Student([Cell("f", "def f():\n    return object()")], 5, boxed=False) as one:
         with pytest.raises(TheirError, match="of the type object"):
             abs(students.Function(one, "f", dict)())
+
+
+def test_a_check_that_python_cannot_read_says_so_and_stops_no_other():
+    said = verdicts(
+        [ADD], {"odd": "%timeit add(1, 2)", "adds": "assert add(1, 2) == 3"}
+    )
+    assert list(said) == ["odd"] and "SyntaxError" in said["odd"]

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import urllib.parse
 import zipfile
+from pathlib import Path
 
 import nbformat
 import pytest
@@ -143,3 +144,18 @@ def test_where_there_are_no_labs_nothing_is_written(written, tmp_path, monkeypat
     with pytest.raises(ValueError, match="no labs to release; ask your teacher"):
         written(tmp_path / "new")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_course_that_was_stopped_half_way_is_not_in_the_way(tmp_path, monkeypatch):
+    write, written = Path.write_text, []
+
+    def stopped(path, *args, **more):
+        written.append(path)
+        if len(written) == 3:
+            raise KeyboardInterrupt
+        return write(path, *args, **more)
+
+    monkeypatch.setattr(Path, "write_text", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        notebooks.for_nbgrader(tmp_path / "course")
+    assert len(written) == 3 and not (tmp_path / "course").exists()

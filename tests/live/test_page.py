@@ -100,6 +100,21 @@ def test_a_control_moves_to_the_nearest_that_can_be_shown(page, field, typed, ta
     assert found == [taken, pytest.approx(taken, abs=0.05)]
 
 
+FAILING = """
+const { Controls, host } = live;
+Object.assign(host, { heard() {}, keep() {}, asked: () => null });
+const fails = () => Promise.reject(new Error("there is no ground"));
+const controls = new Controls("own.toy", data.fields, fails);
+controls.set({ toy: 2 });
+return new Promise((done) => setTimeout(() => done(controls.note.textContent), 50));
+"""
+
+
+def test_what_cannot_be_drawn_is_said(page):
+    said = page(FAILING, fields={"toy": WHOLE})
+    assert said == "This cannot be drawn: there is no ground."
+
+
 GOING = """
 const { Controls, host } = live;
 let [asked, again] = [null, null];

@@ -469,6 +469,18 @@ def test_an_interruption_keeps_what_was_done(
     assert ending == ".csv" or len(VideoFile(output)) == 5
 
 
+def test_an_interruption_before_the_first_frame_leaves_nothing(
+    file, box, tmp_path, monkeypatch, capsys
+):
+    def stopped(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(recording.Recorder, "add", stopped)
+    assert run(file, "--box", box, "-o", tmp_path / "x.csv") == 130
+    assert "before the first frame: nothing was written" in capsys.readouterr().err
+    assert not list(tmp_path.glob("x*"))
+
+
 def test_files_are_closed_when_something_breaks(tmp_path):
     broken = Still(5, ZeroDivisionError)
     with pytest.raises(ZeroDivisionError):
