@@ -378,6 +378,7 @@ def test_a_failure_of_ours_leaves_the_mark_empty_and_ends_in_exit_code_1(
     toy, monkeypatch
 ):
     hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    monkeypatch.setattr(grading.sandbox, "refusal", lambda: "")
     monkeypatch.setattr(grading.sandbox, "program", lambda: "/bin/false")
     monkeypatch.setattr("mkt.course.labs.judge.sys.executable", "/bin/false")
     troubles = grading.grade(toy / "submitted", toy / "grades.csv")

@@ -11,9 +11,6 @@ import io
 import os
 import pickle
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -75,7 +72,8 @@ class Accused:
             except EOFError:
                 return
             try:
-                with _at_most(request["limit"]):
+                # As Ctrl-C does.
+                with sandbox.within(request["limit"], _thread.interrupt_main):
                     answer = deeds[request["do"]](request)
             except BaseException as error:  # also SystemExit, which is theirs
                 answer = _told(error)
@@ -166,18 +164,6 @@ class _Unpickler(pickle.Unpickler):
         generators.setdefault(name, np.random.Generator(np.random.PCG64()))
         generators[name].bit_generator.state = more[0]
         return generators[name]
-
-
-@contextmanager
-def _at_most(limit: float) -> Iterator[None]:
-    """Interrupt what takes longer, as Ctrl-C does [s]."""
-    timer = threading.Timer(limit, _thread.interrupt_main)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
 
 
 def _told(error: BaseException) -> Request:

@@ -9,8 +9,10 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
 import time
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import matplotlib
@@ -141,6 +143,18 @@ def limit() -> None:
         (resource.RLIMIT_CORE, 0),
     ):
         resource.setrlimit(kind, (most, most))
+
+
+@contextmanager
+def within(limit: float, late: Callable[[], object]) -> Iterator[None]:
+    """Call `late` if what is inside the ``with`` takes longer [s]."""
+    timer = threading.Timer(limit, late)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def used(pid: int) -> int:

@@ -17,7 +17,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from functools import partial
 from types import FunctionType
 from typing import Any, NamedTuple
@@ -255,7 +255,9 @@ class Student:
             raise TheirError(self.late())
         self.generators = []  # of this request; the states of earlier ones are known
         called_back = False
-        with self.ended_after(left):
+        assert self.process is not None
+        # It may not even listen.
+        with sandbox.within(left + self.patience, self.process.kill):
             self.say(request | {"limit": left})
             while "back" in (answer := self.hear()):
                 called_back = True
@@ -265,18 +267,6 @@ class Student:
                 self.stop()  # it would take our last answer for the next request
             raise _as_said(str(answer["error"]), str(answer["words"]), self.late())
         return answer
-
-    @contextmanager
-    def ended_after(self, left: float) -> Iterator[None]:
-        """End the process if it takes longer [s], and does not even listen."""
-        assert self.process is not None
-        timer = threading.Timer(left + self.patience, self.process.kill)
-        timer.daemon = True
-        timer.start()
-        try:
-            yield
-        finally:
-            timer.cancel()
 
     @property
     def patience(self) -> float:
