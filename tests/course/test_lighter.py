@@ -86,13 +86,16 @@ def test_a_moving_picture_stays_one_and_becomes_smaller(tmp_path):
 
 
 def test_what_no_reader_sees_goes_and_what_is_code_stays_as_it_is(tmp_path):
-    shown = "<pre>\n    x = 1\n\n\n    y</pre>\n<script>a\n   = `\n   `</script>"
+    shown = "<pre>\n    x = 1\n\n\n    y</pre>\n<script>a\n   = `\n  <!-- `</script>"
     icons = '<symbol id="svg-sun">\n  <path/></symbol>\n<symbol id="svg-eye"></symbol>'
     page = tmp_path / "one.html"
-    page.write_text(f'{icons}\n   <p>a\n     b</p><use href="#svg-sun"/>\n\n{shown}\n')
+    style = '<link rel="stylesheet" type="text/css" href="a.css">'
+    words = f'<p>a\n     b</p>{style}<!-- said\nto nobody --><use href="#svg-sun"/>'
+    page.write_text(f"{icons}\n   {words}\n\n{shown}\n")
     lighten(tmp_path)
     sun = '<symbol id="svg-sun">\n<path/></symbol>\n'
-    text = f'<p>a\nb</p><use href="#svg-sun"/>\n{shown}\n'
+    style = '<link rel="stylesheet" href="a.css">'
+    text = f'<p>a\nb</p>{style}<use href="#svg-sun"/>\n{shown}\n'
     assert page.read_text() == sun + text
 
 

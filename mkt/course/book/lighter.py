@@ -30,8 +30,11 @@ FILM = re.compile(r"(_static/\w+)\.gif")
 PLAIN = re.compile(r'<span class="(?:n|p|w)">([^<]*)</span>')
 # The theme's icons are in every page, even those that it does not use.
 ICON = re.compile(r'<symbol id="(svg-[\w-]+)".*?</symbol>\s*', re.DOTALL)
-# Indentation means nothing except where it is shown as it is, and in scripts.
-BLANKS = re.compile(r"(<(pre|script|textarea)\b.*?</\2>)|\n\s+", re.DOTALL)
+# Indentation means nothing except where it is shown as it is, and in scripts; nor do
+# comments, and the type of style sheets, of which there is but one.
+AS_IT_IS = r"(<(pre|script|textarea)\b.*?</\2>)"
+BLANKS = re.compile(rf"{AS_IT_IS}|\n\s+", re.DOTALL)
+SPARE = re.compile(rf'{AS_IT_IS}|<!--.*?-->| type="text/css"', re.DOTALL)
 # Lines and letters are smaller without loss, photographs with some.
 ENCODINGS = [
     (".webp", (cv2.IMWRITE_WEBP_QUALITY, 101)),
@@ -69,6 +72,7 @@ def lighten(folder: Path) -> None:
 def _shorter(page: str) -> str:
     """A page without what no reader sees."""
     page = ICON.sub(lambda found: found[0] * (f'"#{found[1]}"' in page), page)
+    page = SPARE.sub(lambda found: found[1] or "", page)
     page = BLANKS.sub(lambda found: found[1] or "\n", page)
     return PLAIN.sub(r"\1", page)
 
