@@ -77,12 +77,8 @@ class Kept:
     """
 
     def __init__(self, student: "Student", number: int, kind: str, fields: list[str]):
-        self.student, self.number, self.kind, self.fields = (
-            student,
-            number,
-            kind,
-            fields,
-        )
+        self.student, self.number = student, number
+        self.kind, self.fields = kind, fields
 
     def __iter__(self) -> Iterator[Any]:
         return iter([getattr(self, field) for field in self._named()])
