@@ -122,7 +122,14 @@ def _is_on_the_map(path):
     return any(f"`{prefix}{name}`" in text for text in texts for prefix in ("", "~"))
 
 
-LIGHT = ("__init__", "__main__", "files", "course/__init__", "course/environment")
+LIGHT = (
+    "__init__",
+    "__main__",
+    "files",
+    "course/__init__",
+    "course/environment",
+    "course/labs/__init__",
+)
 
 
 def test_the_map_is_light():

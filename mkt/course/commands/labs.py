@@ -6,6 +6,7 @@ from argparse import ArgumentTypeError
 from pathlib import Path
 
 from mkt.course.commands import Commands, command
+from mkt.course.labs import LIMIT
 
 EXECUTES = "It executes the students' code"
 
@@ -61,10 +62,10 @@ def add(commands: Commands) -> None:
         action.add_argument(
             "--limit",
             type=_seconds,
-            default=60,
+            default=LIMIT,
             metavar="S",
-            help="seconds that a cell or a check may take, 60 by default; an endless "
-            "loop costs as many for each check that calls it",
+            help="seconds that a cell or a check may take, %(default)s by default; an "
+            "endless loop costs as many for each check that calls it",
         )
 
 

@@ -14,3 +14,5 @@ makes a `mkt.course.labs.table` and `mkt.course.labs.pages` of
 `mkt.course.labs.submissions`.  Marks and metadata are nbgrader's, which can generate
 and grade the same files.
 """
+
+LIMIT = 60  # [s] that a cell or a check may take, where nobody says another

@@ -4,11 +4,12 @@ from pathlib import Path
 
 from nbformat import NotebookNode
 
+from mkt.course.labs import LIMIT
 from mkt.course.labs.marks import Mark, failures_of, faults, marks, read
 from mkt.course.labs.notebooks import HANDOUT, STUBS, of_role, points
 
 
-def check(path: Path, limit: float = 60) -> tuple[list[str], bool]:
+def check(path: Path, limit: float = LIMIT) -> tuple[list[str], bool]:
     """Run a student's notebook with the checks that it has, and say how each went.
 
     Parameters

@@ -16,7 +16,7 @@ from pathlib import Path
 from nbformat import NotebookNode
 from tqdm import tqdm
 
-from mkt.course.labs import pages, sandbox, table
+from mkt.course.labs import LIMIT, pages, sandbox, table
 from mkt.course.labs.marks import (
     answers,
     edited,
@@ -44,7 +44,7 @@ Labs = Mapping[str, NotebookNode]
 def grade(
     folder: Path,
     output: Path,
-    limit: float = 60,
+    limit: float = LIMIT,
     *,
     trusted: bool = False,
     comma: str | None = None,

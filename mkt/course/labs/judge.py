@@ -19,6 +19,7 @@ import types
 from collections.abc import Iterable
 from typing import Any
 
+from mkt.course.labs import LIMIT
 from mkt.course.labs.student import (
     CELLS,
     WHERE,
@@ -116,7 +117,7 @@ def judged(
     given: list[Cell],
     checks: list[Cell],
     theirs: list[Cell],
-    limit: float = 60,
+    limit: float = LIMIT,
     *,
     boxed: bool,
 ) -> dict[str, str]:

@@ -23,6 +23,7 @@ from pathlib import Path
 import nbformat
 from nbformat import NotebookNode
 
+from mkt.course.labs import LIMIT
 from mkt.files import NOTEBOOKS, whole
 
 FOLDER = NOTEBOOKS / "labs"  # the teacher's versions
@@ -32,7 +33,6 @@ STUBS = {
     "code": "# YOUR CODE HERE\nraise NotImplementedError()",
     "markdown": "YOUR ANSWER HERE",
 }
-LIMIT = 60  # [s] of a cell, as `labs check` and `labs grade` have it
 CONFIGURATION = """\
 c = get_config()
 c.CourseDirectory.course_id = "mkt"
