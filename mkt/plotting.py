@@ -329,7 +329,8 @@ def draw_map(
         heights = np.linspace(low, high, 8)[1:]
         ax.contour(x, y, z, heights, colors="white", linewidths=0.5, alpha=0.6)
     row, column = np.unravel_index(np.argmin(z), z.shape)
-    ax.plot(x[column], y[row], "x", color="white", ms=9, mew=2.5)
+    # Whole at the border, too.
+    ax.plot(x[column], y[row], "x", color="white", ms=9, mew=2.5, clip_on=False)
     ax.set(**labels)
     return mesh
 

@@ -7,7 +7,7 @@ import { axes, Canvas, Controls, dot, el, number, takeOver } from "./page.js";
 const RATIOS = { off: 0, raw: Infinity, Kalman: 1 }; // Q / R of the filters
 const [MOST, STEPS] = [10, 101]; // [1/s] gains of the locus, and how many
 const [REAL, IMAGINARY] = [1.9, 1.6]; // the plane's halves
-const [SECONDS, SPEED, CENTIMETRES] = [18, 5, 16];
+const [SECONDS, SPEED, LEAST] = [18, 5, 16]; // [s], [cm/s], [cm] of the errors shown
 const [ORANGE, GREEN, GREY] = ["#e49c00", "#33b24d", "#888"];
 
 // A target that sets off, turns back and stops [cm/s].
@@ -88,6 +88,8 @@ class RootLocus {
     const stable = beyond ? (beyond < 0 ? "stable" : "runs away") : "at the limit";
     const product = `Gain x frame period${mismatch === 1 ? "" : " / mismatch"}`;
     const far = Math.max(...this.errors.map(Math.abs));
+    // Of one that runs away the beginning is shown.
+    this.reach = this.radius < 1 ? Math.max(LEAST, 1.05 * far) : LEAST;
     const reach = far < 1000 ? `${far.toFixed(1)} cm` : "more than 10 m";
     this.said.textContent =
       `Largest pole ${this.radius.toFixed(3)}: ${stable}. ${product} ` +
@@ -181,7 +183,7 @@ class RootLocus {
     const box = [38, 22, width - 46, height - 62];
     const limits = {
       x: [0, SECONDS],
-      y: [-CENTIMETRES, CENTIMETRES],
+      y: [-this.reach, this.reach],
       xlabel: "time [s]",
       ylabel: "error [cm] (green), target's velocity [cm/s]",
     };

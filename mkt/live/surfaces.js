@@ -302,7 +302,7 @@ class Surfaces {
     const { x, rotation } = this.controls.values;
     const limits = {
       x: [-TURN, TURN],
-      y: [0, 0.9],
+      y: [0, 1],
       xlabel: "rotation [deg]",
       ylabel: `distance at x = ${number(x)} px`,
     };

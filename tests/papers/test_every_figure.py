@@ -23,6 +23,7 @@ from tests.papers.drawing import numbers
 pytestmark = pytest.mark.slow
 
 NAMES = list(FIGURES)
+GAPS = ("nummiaro2003.fig4",)  # no number while its tracker says that it is lost
 INFINITE = "Q / R"  # the last place on its axis is infinity, the raw measurement
 
 
@@ -55,6 +56,20 @@ def numbers_of(fact):
     return np.ravel(np.asarray(fact, float)).tolist()
 
 
+def cut(ax):
+    """Whether a curve of these axes leaves them above or below."""
+    if ax.name == "3d" or not ax.axison or ax.get_yscale() != "linear":
+        return False
+    low, high = np.sort(ax.get_ylim()) + [-1e-9, 1e-9]
+    left, right = np.sort(ax.get_xlim())
+    for line in ax.lines:
+        x, y = np.asarray(line.get_data(), float)
+        beside = (x >= left) & (x <= right) & ((y < low) | (y > high))
+        if line.get_transform() == ax.transData and beside.any():
+            return True
+    return False
+
+
 def flattened(shown):
     """All numbers that a figure shows: those of its table, then those of its facts."""
     columns = shown.table.select_dtypes("number")
@@ -70,7 +85,10 @@ def test_every_figure_is_drawn(name):
     assert pixels.std() > 5 and (pixels[0] == 255).mean() > 0.3
     in_table, in_facts = flattened(shown)
     assert in_table + in_facts and len(shown.table)
-    assert np.isfinite(in_facts).all()
+    assert np.isfinite(in_facts).all() or name in GAPS
+    assert not np.isinf(in_facts).any()
+    if name != "own.approach":  # which draws a loop that runs away
+        assert [ax.get_ylabel() for ax in fig.axes if cut(ax)] == []
     # NaN is a gap in a curve, so there are numbers in each column too.
     columns = shown.table.select_dtypes("number")
     assert np.isfinite(columns).any().all()

@@ -239,6 +239,14 @@ def test_fig9_the_update_hurts_when_only_the_size_changes():
     assert row["with update error"].mean() > row["without update error"].mean() + 0.03
 
 
+def test_fig9_has_no_width_while_the_van_is_lost():
+    settings = {"van": "turns", "alpha": 0.9, "threshold": 0.95}
+    rows = shown(sequences.fig9, **settings).table
+    rows = rows[(rows["tracker"] == "with update") & (rows["run"] == 0)]
+    widths = rows["H_x [px]"].to_numpy()
+    assert np.isfinite(widths[:60]).all() and np.isnan(widths[-60:]).all()
+
+
 def test_fig9_the_own_score_does_not_tell_that_the_background_was_learnt():
     row = shown(sequences.fig9, van="same", alpha=0.9)
     assert row["with update held"].mean() < 0.8

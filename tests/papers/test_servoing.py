@@ -335,6 +335,11 @@ def test_the_map_agrees_with_theory_and_noise_moves_its_best_place():
     assert best[0] == np.inf and 0 < best[1] < 1
 
 
+def test_a_lasting_swing_is_told_though_it_passes_through_zero():
+    steady = lessons.loop_errors(2.5, 0.3, 1, 0.0)[0]
+    assert steady[list(lessons.GAINS).index(2.5), 0] == pytest.approx(4, abs=0.1)
+
+
 def test_the_table_of_the_map_has_a_row_for_each_cell():
     shown = numbers("own.loop_map")
     table = shown.table.set_index(["gain [1/s]", "Q / R"])

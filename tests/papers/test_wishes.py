@@ -32,6 +32,7 @@ def test_learnt_noise_spreads_with_the_frames_ahead():
 
 def test_only_those_who_talk_send_bytes():
     shown = [numbers("own.two_cameras", talking=talking) for talking in (True, False)]
+    assert "told [px]" in shown[0].table and "told [px]" not in shown[1].table
     assert 20 <= shown[0]["bytes"] <= 40 and shown[1]["bytes"] == 0
     assert shown[0]["told [px]"][-1] < 20 < shown[0]["alone [px]"][-1]
 

@@ -99,7 +99,7 @@ def _write(ax: Axes, y: int, mean: float, lost: Array | None) -> None:
     ax.text(MEANS, y, f"{mean:.0f}", ha="right", va="center")
     if lost is None:
         return
-    value, low, high = lost
+    value, low, high = np.round(lost, 1) + 0.0  # without a minus before 0
     weight = "bold" if low > 0 or high < 0 else "normal"
     text = f"{value:.1f} [{low:.1f}, {high:.1f}]".replace("-", "\N{MINUS SIGN}")
     ax.text(LOST, y, text, ha="center", va="center", fontweight=weight)

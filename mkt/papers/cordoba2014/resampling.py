@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from mkt.experiments.timing import exponent, side_by_side
 from mkt.figures.registry import Shown, figure, shown
-from mkt.papers.cordoba2014.printed import COLORS
 from mkt.particles import systematic_positions
+from mkt.plotting import CONTRAST
 from mkt.types import Array, NDArray
 
 # How the search can be read: whether it begins anew for each draw.
@@ -20,7 +20,7 @@ READINGS = {
     "search begun anew for each draw (4.5.2)": True,
     "one sweep (Algorithm 1)": False,
 }
-STYLES = {True: ("o", COLORS["wm"]), False: ("s", COLORS["pfhr"])}
+STYLES = {True: ("o", CONTRAST[0]), False: ("s", CONTRAST[1])}
 COLUMNS = ("comparisons", "time [ms]")
 SIZES = 7  # numbers of particles on each line
 
@@ -120,7 +120,7 @@ def complexity(
     """
     n = np.unique(np.geomspace(25, largest, SIZES).round().astype(int))
     costs = {label: _costs(anew, n, seed) for label, anew in READINGS.items()}
-    fig.subplots_adjust(left=0.05, right=0.99, bottom=0.14, top=0.83, wspace=0.28)
+    fig.subplots_adjust(left=0.06, right=0.99, bottom=0.14, top=0.83, wspace=0.28)
     few, *many = fig.subplots(1, 3)
     rows = _draw_spans(few, particles, seed)
     fig.legend(handles=few.containers, loc="upper center", ncols=2)
@@ -135,16 +135,18 @@ def _draw_spans(ax: Axes, n: int, seed: int) -> dict[str, int]:
     """The comparisons of few particles; returns how many there are for each reading."""
     chosen, _ = ancestors(*_draw(n, seed), anew=False)
     counts = {}
-    for label, anew in READINGS.items():
+    for (label, anew), side in zip(READINGS.items(), (-0.2, 0.2), strict=True):
         first, last = spans(chosen, anew).T
         long = last - first + 1
-        style = {"color": STYLES[anew][1], "height": 0.8, "alpha": 0.4 if anew else 1}
-        ax.barh(range(n), long, left=first - 0.5, label=label, **style)
+        style = {"color": STYLES[anew][1], "height": 0.4, "label": label}
+        ax.barh(np.arange(n) + side, long, left=first - 0.5, **style)
         counts[label] = int(long.sum())
     ax.set(xlim=(-0.5, n - 0.5), ylim=(n - 0.5, -0.5), xlabel="particle i")
     ax.set(
         ylabel="draw", title=" and ".join(map(str, counts.values())) + " comparisons"
     )
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(MaxNLocator(6, integer=True))
     return counts
 
 

@@ -197,8 +197,21 @@ def _draw_courses(fig: Figure, courses: Mapping[str, Array]) -> None:
             ax.plot(first, color=color, lw=1.4 if name == "truth" else 1.8, **style)
         shade_frames(ax, frames, np.isnan(courses["truth"][0, :, axis]))
         ax.set_xlim(0, frames[-1])
-    upper.set(ylim=(0, 1), ylabel="(a) horizontal")
-    lower.set(ylim=(1, 0), ylabel="(b) vertical", xlabel="frame")
+    for axis, ax in enumerate((upper, lower)):
+        _fit_shares(ax, [course[..., axis] for course in courses.values()])
+    lower.invert_yaxis()
+    upper.set(ylabel="(a) horizontal")
+    lower.set(ylabel="(b) vertical", xlabel="frame")
+
+
+def _fit_shares(ax: Axes, shares: Sequence[Array]) -> None:
+    """Limits round the image, 0 to 1, and round what goes beyond its border."""
+    low = min(0.0, *(np.nanmin(share) for share in shares))
+    high = max(1.0, *(np.nanmax(share) for share in shares))
+    for border in (0, 1):
+        if low < 0 or high > 1:
+            ax.axhline(border, color="0.6", lw=0.8, zorder=0)
+    ax.set_ylim(low, high)
 
 
 def _draw_lines(fig: Figure, k: int, name: str, lines: Sequence[str]) -> None:
@@ -251,12 +264,12 @@ def fig1(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
 def fig2(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     """Cluttered environment: horizontal and vertical position, as a share of the image.
 
-    On the synthetic twin "clutter", or on BoBoT's blue mug where MKT_DATA has it.
-    Black is the truth, dashed WM, thick run 0, thin are three more, which the paper
-    does not show.  There WM is misled and both filters follow; on the twin, which is a
-    hard one of its kind, both filters are misled in most runs.  True positives are
-    frames with an overlap above 20 %, out of all frames: their mean, the smallest and
-    the largest.
+    On the synthetic twin "clutter", or on BoBoT's blue mug where MKT_DATA has it. Black
+    is the truth, dashed WM, thick run 0, thin are three more, which the paper does not
+    show.  There WM is misled and both filters follow; on the twin, which is a hard one
+    of its kind, both filters are misled in most runs, with the defaults.  True
+    positives are frames with an overlap above 20 %, out of all frames: their mean, the
+    smallest and the largest.
     """
     return curves(fig, "clutter", contenders(particles, n_lim))
 
@@ -277,12 +290,12 @@ def fig4(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     """Outdoors with total occlusions: horizontal and vertical position in the image.
 
     On the synthetic twin "passers", or on BoBoT's dark coat where MKT_DATA has it.
-    Positions are shares of the image.  Grey: the target is hidden; the paper plots a
-    position of 0 there, here the truth has gaps.  In the paper SIR swings to and fro
-    and PFHR comes back after a few frames; here PFHR does come back.  Hidden frames
-    count in the denominator, as they do in the paper, and nobody can score in them.
-    Found again: a hit in most of the sixth to fifteenth seen frame after an occlusion,
-    mean over the runs.
+    Positions are shares of the image, whose border is drawn where something goes beyond
+    it.  Grey: the target is hidden; the paper plots a position of 0 there, here the
+    truth has gaps.  In the paper SIR swings to and fro and PFHR comes back after a few
+    frames; here PFHR does come back.  Hidden frames count in the denominator, as they
+    do in the paper, and nobody can score in them. Found again: a hit in most of the
+    sixth to fifteenth seen frame after an occlusion, mean over the runs.
     """
     return curves(fig, "passers", contenders(particles, n_lim))
 
@@ -305,7 +318,7 @@ def fig6(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
 
     On the synthetic twin "pillars", or on BoBoT's person in a hall where MKT_DATA has
     it (frames reconstructed).  Drawn as figure 4 is.  In the paper WM and SIR miss the
-    person after an occlusion; here SIR may come back too, where it has drifted to the
-    right side.
+    person after an occlusion; here they do, too, and where SIR drifts to the right side
+    it comes back too late to count.
     """
     return curves(fig, "pillars", contenders(particles, n_lim))

@@ -3,6 +3,7 @@
 Explained in notebook 05; on the book's page the figure is a film (`mkt/live/beats.js`).
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -30,6 +31,8 @@ from mkt.types import Array, NDArray, Region, Regions, Rng
 LENGTH = 60  # frames
 BRICKS = 120.0  # [px] of the wall, its width; two of them are as high as the picture
 AWAY = 380.0  # [px] where its middle is out of sight
+CLOSE = 60.0  # [px] round the crowd that are shown
+SHAPE = np.array([160.0, 120.0])  # [px] half a frame
 BEFORE, CROWD = "0.45", CONTRAST[1]
 
 
@@ -132,9 +135,10 @@ def beats(
     1: every particle moves on (a line) from where it was (grey).  2: it weighs as much
     as its place looks like the car; the larger the dot, the heavier.  3: the weighted
     mean is the answer, green; dashed is the truth.  4: the next crowd is drawn; the
-    larger the dot, the more offspring, and a cross has none.  Synthetic data: the car
-    of figure 6 of [T09], seen without motion blur, behind a wall of bricks that stands
-    where the slider puts its middle [px].  The car is learnt before the wall is there.
+    larger the dot, the more offspring, and a cross has none.  All show the part of the
+    frame round the crowd.  Synthetic data: the car of figure 6 of [T09], seen without
+    motion blur, behind a wall of bricks that stands where the slider puts its middle
+    [px].  The car is learnt before the wall is there.
     """
     clip, learnt = runs.clip(film(wall)), runs.clip(film())
     tracker = ParticleFilter(n=n, lam=lam, motion=restless(noise), scheme=scheme)
@@ -160,6 +164,7 @@ def beats(
     draw_truth(axes[2], clip.truth[frame])
     draw_region(axes[2], made.estimate, CURRENT, lw=2.5)
     _draw_crowd(axes[3], made.predicted, offspring / offspring.max())
+    _come_closer(axes, [made.before, made.predicted, clip.truth[None, frame]])
 
     columns = {"particle": np.arange(n), "weight": made.weights, "offspring": offspring}
     places = {"x [px]": made.predicted[:, 0], "y [px]": made.predicted[:, 1]}
@@ -170,9 +175,20 @@ def beats(
 def _draw_moves(ax: Axes, made: Round) -> None:
     """Where each particle was, and the way that it went."""
     ways = np.stack([made.before, made.predicted])[..., :2]
-    ax.plot(*np.moveaxis(ways, -1, 0), color=BEFORE, lw=0.6)
-    ax.plot(*ways[0].T, "o", color=BEFORE, ms=2.5)
-    ax.plot(*ways[1].T, "o", color=CROWD, ms=4, mec="black", mew=0.4)
+    ax.plot(*ways[1].T, "o", color=CROWD, ms=5, mec="black", mew=0.4)
+    ax.plot(*np.moveaxis(ways, -1, 0), color="black", lw=0.6)
+    ax.plot(*ways[0].T, "o", color=BEFORE, ms=2.5)  # over the dots, or they hide it
+
+
+def _come_closer(axes: Sequence[Axes], there: Sequence[Regions]) -> None:
+    """The part of the frame with all middles in it, and a car's width on each side."""
+    middles = np.concatenate([regions[:, :2] for regions in there])
+    low, high = middles.min(0) - CLOSE, middles.max(0) + CLOSE
+    centre = (low + high) / 2
+    half = min(max((high - low) / 2 / SHAPE), 1.0) * SHAPE
+    x, y = np.clip(centre, half, 2 * SHAPE - half) - 0.5
+    for ax in axes:
+        ax.set(xlim=(x - half[0], x + half[0]), ylim=(y + half[1], y - half[1]))
 
 
 def _draw_crowd(ax: Axes, particles: Regions, sizes: Array) -> None:

@@ -186,7 +186,7 @@ def table_forensics(
     inferred.
     """
     found = hits(row, rounding)
-    upper = fig.add_axes((0.07, 0.63, 0.915, 0.3))
+    upper = fig.add_axes((0.07, 0.63, 0.905, 0.3))
     _draw_hits(upper, found)
     printed = ", ".join(f"{percent} %" for percent in TABLE[row].printed)
     upper.set_title(f"{TABLE[row].title}: {printed}, {rounding}")

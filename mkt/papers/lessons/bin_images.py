@@ -12,7 +12,7 @@ from mkt.edges import EdgeBins
 from mkt.figures.registry import Shown, figure, grid_columns, shown
 from mkt.histograms import Target, learn
 from mkt.kernels import Kernels
-from mkt.plotting import CONTRAST, DASHES, draw_map, draw_region, show_frame
+from mkt.plotting import CONTRAST, DASHES, draw_map, draw_truth, show_frame
 from mkt.regions import displaced
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
@@ -75,11 +75,12 @@ def bin_images(
 ) -> Shown:
     """Where one bin image is flat, the other is a pit.
 
-    Left, the frame in which the target is looked for.  Then the squared distance d_m^2,
-    which is O(x) of (6) over 18, of the regions around the true place, in the bins of
-    colour, in the directions of the edges, and in both, the second with the share of
-    the slider; the cross is the lowest place, and above each map stands what its
-    colours go from and to.  Learnt in a sharp frame in white light.  Synthetic data.
+    Left, the frame in which the target is looked for, dashed where it is.  Then the
+    squared distance d_m^2, which is O(x) of (6) over 18, of the regions around the true
+    place, in the bins of colour, in the directions of the edges, and in both, the
+    second with the share of the slider; the cross is the lowest place, and above each
+    map stands what its colours go from and to.  Learnt in a sharp frame in white
+    light.  Synthetic data.
     """
     margins = {"left": 0.01, "right": 0.985, "bottom": 0.15, "top": 0.88}
     axes = fig.subplots(1, 4, width_ratios=(1.25, 1, 1, 1), gridspec_kw=margins)
@@ -96,7 +97,7 @@ def bin_images(
         ax.set_yticks([-40, 0, 40] if ax is axes[1] else [])
     axes[1].set_ylabel("y [px]", labelpad=-8)
     show_frame(axes[0], frame, look)
-    draw_region(axes[0], region)
+    draw_truth(axes[0], region)
     columns = dict(zip(("colours", "edges", "both"), surfaces.values(), strict=True))
     table = grid_columns({"y [px]": PLACE}, {"x [px]": PLACE}, **columns)
     off = {f"off_{name}": lowest(surface) for name, surface in columns.items()}
@@ -127,12 +128,12 @@ def priors(
 ) -> Shown:
     """A prior on the size, and a turn that must earn its place.
 
-    Left, the frame: a wall covers a share of the car, which is turned by some degrees.
-    Middle, O(x) over the size at the true place and angle (blue), the prior lambda
-    (log s / s*)^2 (grey, dashed) and their sum (orange); the dots are their lowest
-    points.  Right, O(x) over the orientation, and the share of O(x) at the first
-    orientation below which a turn is believed: the band.  Learnt on the car upright and
-    in full view, in colours and edges; synthetic data.
+    Left, the frame: a wall covers a share of the car, which is turned by some degrees;
+    dashed where it is. Middle, O(x) over the size at the true place and angle (blue),
+    the prior lambda (log s / s*)^2 (grey, dashed) and their sum (orange); the dots are
+    their lowest points.  Right, O(x) over the orientation, and the share of O(x) at the
+    first orientation below which a turn is believed: the band.  Learnt on the car
+    upright and in full view, in colours and edges; synthetic data.
     """
     target, image, frame, region = covered_car(covered, turned)
     upright = displaced(region, dtheta=-np.deg2rad(turned))
@@ -146,7 +147,7 @@ def priors(
     margins = {"left": 0.01, "right": 0.985, "bottom": 0.15, "top": 0.88}
     left, middle, right = fig.subplots(1, 3, gridspec_kw=margins | {"wspace": 0.25})
     show_frame(left, frame, f"{covered:.0%} covered, turned by {turned} deg")
-    draw_region(left, region)
+    draw_truth(left, region)
     sizes = _draw_prior(middle, data, prior)
     _draw_turns(right, over_turns, believed_below, ratio)
     table = {"log size": GROWTH, "O over size": data, "prior": prior}
@@ -180,8 +181,10 @@ def _draw_prior(ax: Axes, data: Array, prior: Array) -> dict[str, float]:
         k = int(curve.argmin())
         ax.plot(GROWTH[k], curve[k], "o", color=color, ms=8)
         sizes[f"size_{name}"] = float(GROWTH[k])
-    ax.set(xlabel="log size / true size", ylim=(0, HEIGHT), title="over the size")
-    ax.legend(loc="upper center")
+    highest = max(HEIGHT, 1.05 * (data + prior).max())
+    ax.set(xlabel="log size / true size", ylabel="O(x)", ylim=(0, highest))
+    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.2}
+    ax.legend(ncols=3, **place)
     return sizes
 
 
@@ -195,5 +198,5 @@ def _draw_turns(ax: Axes, over_turns: Array, share: float, ratio: float) -> None
     believed = ratio < share
     ax.plot(TURNS[k], over_turns[k], "o", color=CONTRAST[int(believed)], ms=8)
     verdict = "believed" if believed else "not believed"
-    ax.set(xlabel="turn [deg]", ylim=(0, HEIGHT))
+    ax.set(xlabel="turn [deg]", ylabel="O(x)", ylim=(0, HEIGHT))
     ax.set_title(f"over the turn: ratio {ratio:.2f}, {verdict}")

@@ -82,10 +82,11 @@ def chance(
     left.set(ylabel="probability", title=f"a false start: {false:.2g} per frame")
     for other in set(COMPARED) - {epsilon}:
         none = (1 - false_start(particles, other / 100, limits)) ** WAIT
-        right.step(limits, none, where="post", color="0.7", lw=1)
+        right.step(limits, none, where="post", color="0.7", lw=1, zorder=1)
         half = limits[np.argmax(none > 0.5)]
         label = right.text(half - 0.004, 0.6, f"{other:g} %", color="0.4", ha="right")
-        label.set(zorder=5, bbox={"fc": "white", "ec": "none", "pad": 0.5})
+        # Over the thin lines, below the thick one and b.
+        label.set(zorder=1.5, bbox={"fc": "white", "ec": "none", "pad": 0.5})
     waited = (1 - each) ** WAIT
     right.step(limits, waited, where="post", color=CONTRAST[0], lw=2.5)
     none = (1 - false) ** WAIT

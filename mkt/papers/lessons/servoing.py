@@ -60,6 +60,8 @@ CAR = (0.0, 0.0, np.pi / 2)  # a place [m, rad]
 HALVES = (50, 31.25)  # [px] of the car's image, half its sides
 TABLE = "gravel"  # what one may look down on; the features do not look at it
 STILL = ((0.0, *CAR),)
+REAL, IMAGINARY = 1.9, 1.6  # how far the plane of the poles is shown
+LEAST = 16  # [cm] of the errors shown beside it, either way
 MOST = 1e3  # [cm], larger errors are cut off: one that runs away would be infinite
 
 
@@ -326,10 +328,11 @@ def root_locus(
 
     left = fig.add_axes((0.07, 0.12, 0.38, 0.8))
     _draw_poles(left, gains, poles, chosen)
+    _say_outside(left, chosen)
     verdict = "stable" if radius < 1 else "runs away"
     left.set_title(f"largest pole {radius:.2f}: {verdict}")
     right = fig.add_axes((0.53, 0.12, 0.45, 0.8))
-    _draw_answer(right, times, velocity, error)
+    _draw_answer(right, times, velocity, error, bool(radius < 1))
     table = _pole_table(np.append(gains, gain), np.vstack([poles, chosen]))
     radii = np.abs(poles).max(1)
     answered = {
@@ -399,16 +402,27 @@ def _draw_poles(ax: Axes, gains: Array, poles: Poles, chosen: Poles) -> None:
     ax.figure.colorbar(dots, cax=bar, orientation="horizontal", ticks=[0, 10])
     bar.set_title("gain [1/s]", fontsize=9, pad=3)
     ax.plot(chosen.real, chosen.imag, "x", color=MOVED, ms=9, mew=2.2)
-    ax.set(xlim=(-1.9, 1.9), ylim=(-1.6, 1.6), aspect="equal")
+    ax.set(xlim=(-REAL, REAL), ylim=(-IMAGINARY, IMAGINARY), aspect="equal")
     ax.set(xlabel="real part", ylabel="imaginary part")
 
 
-def _draw_answer(ax: Axes, times: Array, velocity: Array, error: Array) -> None:
+def _say_outside(ax: Axes, chosen: Poles) -> None:
+    """In words, that a chosen pole (p,) is not drawn: it decides the verdict."""
+    if (np.abs(chosen.real) > REAL).any() or (np.abs(chosen.imag) > IMAGINARY).any():
+        style = {"ha": "center", "va": "top", "color": "0.25"}
+        ax.text(0, 0.95 * IMAGINARY, "a cross lies outside of this picture", **style)
+
+
+def _draw_answer(
+    ax: Axes, times: Array, velocity: Array, error: Array, settles: bool
+) -> None:
     """The velocity of the target and the error of the loop, each (T,)."""
     label = "target's velocity [cm/s]"
     ax.step(times, velocity, where="post", color="0.6", lw=1.2, label=label)
     ax.step(times, error, where="post", color=CURRENT, lw=2, label="error [cm]")
-    ax.set(xlim=(0, times[-1]), ylim=(-16, 16), xlabel="time [s]")
+    # Of one that runs away the beginning is shown.
+    reach = max(LEAST, 1.05 * np.abs(error).max()) if settles else LEAST
+    ax.set(xlim=(0, times[-1]), ylim=(-reach, reach), xlabel="time [s]")
     ax.legend(loc="lower left", ncols=2, bbox_to_anchor=(0, 1), borderaxespad=0.1)
 
 
@@ -428,6 +442,7 @@ BRIGHT = 1.5  # [cm], from here on black letters are read more easily than white
 AWAY = 100.0  # [cm], a loop that runs away
 FEW = 8  # fields that are framed as the best; of more none is
 SPEED, BACK = 5.0, 12.0  # of the target [cm/s], and when it turns back [s]
+SETTLED = 3.0  # [s] before it turns back, longer than any swing of the loops
 HANDS = 12  # the first exact; the right map averages over the noise of the others
 # [cm] on the table, at the desired distance: the car is 20 cm and 100 px long.
 PIXEL = 20 / 100
@@ -451,12 +466,13 @@ def loop_map(
 ) -> Shown:
     """Where to tune the loop: how far the camera is off, over the gain and Q / R.
 
-    A target of 5 cm/s that turns back after 12 s.  Left, the error before it turns
-    back, and in the middle the largest one after that, both with exact features.
-    Right, the root mean square of the true error all the way, when the features have a
-    jitter of some pixels.  Q / R = 0 is no compensation, infinity the raw measurement.
-    The numbers are the errors [cm], a dash one of more than a metre; white frames are
-    round the smallest ones, where these are few.  The colours are logarithmic.
+    A target of 5 cm/s that turns back after 12 s.  Left, the largest error in the three
+    seconds before it turns back, and in the middle that after it, both with exact
+    features. Right, the root mean square of the true error all the way, when the
+    features have a jitter of some pixels.  Q / R = 0 is no compensation, infinity the
+    raw measurement. The numbers are the errors [cm], a dash one of more than a metre;
+    white frames are round the smallest ones, where these are few.  The colours are
+    logarithmic.
     """
     maps = [np.minimum(z, MOST) for z in loop_errors(fps, rho, delay, jitter)]
     noise = f"RMS, {jitter:g} px of noise"
@@ -529,8 +545,9 @@ def loop_errors(
     Returns
     -------
     steady, peak, noisy : (9, 9) arrays [cm]
-        The error before the target turns back, the largest one after it, and the root
-        mean square with noise.
+        The largest error shortly before the target turns back, so that a swing cannot
+        be caught at a zero, the largest one after it, and the root mean square with
+        noise.
     """
     times = np.arange(0, 2 * BACK, 1 / fps)
     velocity = SPEED * np.where(times < BACK, 1, -1)
@@ -547,6 +564,6 @@ def loop_errors(
     e = np.abs(np.reshape(tried, (len(RATIOS), len(times), len(GAINS), HANDS)))
     e = e.transpose(2, 0, 1, 3)  # gains, ratios, times, hands
     exact, noisy = e[..., 0], e[..., 1:]
-    steady = exact[..., back]
+    steady = exact[..., back - round(SETTLED * fps) : back + 1].max(-1)
     peak = exact[..., back:].max(-1)
     return steady, peak, np.sqrt(np.mean(noisy**2, (2, 3)))

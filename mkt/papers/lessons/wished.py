@@ -27,6 +27,7 @@ from mkt.plotting import (
     DASHES,
     TRUTH,
     draw_region,
+    draw_truth,
     pale,
     show_frame,
 )
@@ -48,20 +49,20 @@ STYLES = {
 
 
 def _draw_means(
-    ax: Axes, cells: dict[str, tuple[str, str]], number: str
+    ax: Axes, cells: dict[str, tuple[str, str, str]], number: str
 ) -> pd.DataFrame:
-    """Means over scenes of {text: (kind, label)} with their intervals, as a table."""
+    """Means over scenes of {text: (kind, label, colour)} with intervals, as a table."""
     rows = wishes.runs()
     lines = []
-    for text, (kind, label) in cells.items():
+    for y, (text, (kind, label, color)) in enumerate(cells.items()):
         cell = rows[(rows["source"] == kind) & (rows["tracker"] == label)]
         value, low, high = interval(cell[number].to_numpy(float), MEAN)
+        low, high = max(low, 0.0), min(high, 1.0)  # t may reach beyond what there is
         lines.append({"what": text, number: value, "low": low, "high": high})
+        ax.hlines(y, low, high, color=color, lw=2)
+        ax.plot(value, y, "o", color=color)
     table = pd.DataFrame(lines)
-    y = np.arange(len(table))
-    ax.hlines(y, table["low"], table["high"], color=CONTRAST[0], lw=2)
-    ax.plot(table[number], y, "o", color=CONTRAST[0])
-    ax.set_yticks(y, table["what"].tolist())
+    ax.set_yticks(range(len(table)), table["what"].tolist())
     ax.set(xlabel=f"{number}, mean of 32 scenes", ylim=(len(table) - 0.5, -0.5))
     ax.grid(axis="x", alpha=0.3)
     return table
@@ -80,26 +81,30 @@ def neighbours(
     """What a bin knows of its neighbours.
 
     Left, the frame in which the car is looked for, under a light that lacks a share of
-    blue and half of that of green, and with grain [grey levels].  Middle, the squared
-    distance of regions along x, each over its largest value, for Bhattacharyya's
-    distance of hard bins and four that know neighbouring bins.  Right, what each was
-    worth to a filter of 50 particles with 930 bins in changing light, over the
-    held-back scenes.  Learnt in a sharp frame in white light.  Synthetic data.
+    blue and half of that of green, and with grain [grey levels]; dashed where it is.
+    Middle, the squared distance of regions along x, each over its largest value, for
+    Bhattacharyya's distance of hard bins and four that know neighbouring bins.  Right,
+    what each was worth to a filter of 50 particles with 930 bins in changing light,
+    over the held-back scenes.  Learnt in a sharp frame in white light.  Synthetic data.
     """
-    margins = LEFT | {"wspace": 0.5}
+    margins = LEFT | {"wspace": 0.5, "top": 0.82}
     axes = fig.subplots(1, 3, width_ratios=(1.1, 1.2, 0.9), gridspec_kw=margins)
     frame, region = _lit(cast, grain)
     curves = _sections(frame, region, ColorBins(counts=(count,) * 3))
     show_frame(axes[0], frame, f"{count} bins of each channel")
-    draw_region(axes[0], region)
+    draw_truth(axes[0], region)
     off = {}
     for name, curve in curves.items():
         color, dashes = STYLES[name]
         axes[1].plot(REACH, curve / curve.max(), color=color, ls=dashes, label=name)
         off[f"off_{name}"] = float(abs(REACH[curve.argmin()]))
     axes[1].set(xlabel="x [px]", ylabel="$d^2$ over its largest", ylim=(0, 1.05))
-    axes[1].legend(fontsize=8, loc="lower right")
-    cells = {name: ("light", f"{name}, 930 bins") for name in STYLES}
+    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.2}
+    axes[1].legend(fontsize=8, ncols=2, columnspacing=1, **place)
+    cells = {
+        name: ("light", f"{name}, 930 bins", color)
+        for name, (color, _) in STYLES.items()
+    }
     means = _draw_means(axes[2], cells, "overlap")
     return shown({"x [px]": REACH, **curves}, means=means, **off)
 
@@ -161,16 +166,17 @@ def silhouettes(
     for name, mask in masks.items():
         kernels[name] = masked(wishes.BOX, mask)
     later, there, curves = clip.frames[25], clip.truth[25], {}
-    colors = ("0.55", TRUTH, *CONTRAST[:2])
-    for color, (name, kernel) in zip(colors, kernels.items(), strict=True):
+    colors = dict(zip(kernels, ("0.55", TRUTH, *CONTRAST[:2]), strict=True))
+    for name, kernel in kernels.items():
         learnt = learn(ColorBins()(first), region, kernel)
         d2 = learnt.distances(ColorBins()(later), displaced(there, REACH)) ** 2
-        axes[3].plot(REACH, d2 / d2.max(), color=color, label=name)
+        axes[3].plot(REACH, d2 / d2.max(), color=colors[name], label=name)
         curves[name] = d2
     axes[3].set(xlabel="x [px]", title="$d^2$ over its largest", ylim=(0, 1.4))
     axes[3].set_yticks(np.linspace(0, 1, 6))
     axes[3].legend(fontsize=8, loc="upper center", ncols=2)  # above the curves
-    means = _draw_means(axes[4], {n: ("cut-out", n) for n in kernels}, "overlap")
+    cells = {name: ("cut-out", name, color) for name, color in colors.items()}
+    means = _draw_means(axes[4], cells, "overlap")
     axes[4].yaxis.tick_right()
     axes[4].set_xlabel("overlap, 32 scenes")
     areas = {f"area_{name}": float(mask.mean()) for name, mask in masks.items()}
@@ -178,7 +184,7 @@ def silhouettes(
 
 
 MODELS = {
-    "by hand": TRUTH,
+    "by hand": CONTRAST[2],
     "by hand, loose": "0.4",
     "learnt on calm": CONTRAST[0],
     "learnt on swift": CONTRAST[1],
@@ -212,7 +218,8 @@ def learnt_motion(
     clip = Varied(kind, seed).sequence()
     truth = clip.truth
     rng = np.random.default_rng(seed)
-    show_frame(axes[0], pale(clip.frames[k]), f"{kind}, {ahead} frames ahead of {k}")
+    frames = "frame" if ahead == 1 else "frames"
+    show_frame(axes[0], pale(clip.frames[k]), f"{kind}, {ahead} {frames} ahead of {k}")
     spread, inside = {}, {}
     for name, color in MODELS.items():
         cloud = _predicted(name, truth[k - 1 : k + 1], ahead, rng)
@@ -228,7 +235,8 @@ def learnt_motion(
         bar.set_color(color)
     axes[1].invert_yaxis()
     axes[1].set(xlabel="median distance from the truth [px]")
-    means = _draw_means(axes[2], {n: (kind, f"{n}, 20") for n in MODELS}, "hits")
+    cells = {name: (kind, f"{name}, 20", color) for name, color in MODELS.items()}
+    means = _draw_means(axes[2], cells, "hits")
     axes[2].set_yticks([])
     axes[2].set_xlabel("hits of 20 particles, 32 scenes")
     table = {"model": list(spread), "median [px]": list(spread.values())}
@@ -261,10 +269,10 @@ def two_cameras(
     """Two cameras on one ground, the first of them behind a wall.
 
     Left and middle, a frame of both: the truth in black, the filters in green.  Right,
-    how far the estimate of the first is from the true middle, alone (grey) and told by
-    the second (blue), whose calibration may be off by some pixels on the ground; the
-    band is the time in which more than half of the target is behind the wall.  100
-    particles each; synthetic data.
+    how far the estimate of the first is from the true middle, alone (grey) and, where
+    they talk, told by the second (blue), whose calibration may be off by some pixels on
+    the ground; the band is the time in which more than half of the target is behind the
+    wall.  100 particles each; synthetic data.
     """
     axes = fig.subplots(1, 3, width_ratios=(1, 1, 1.1), gridspec_kw=LEFT)
     views = TwoViews(seed)
@@ -282,8 +290,11 @@ def two_cameras(
     if talking:
         axes[2].plot(run["errors"][:, 0], color=CONTRAST[0], label="told")
     axes[2].axvline(k, color="0.3", lw=0.8)
-    axes[2].set(xlabel="frame", ylabel="error of camera 1 [px]", ylim=(0, 120))
+    largest = max(alone.max(), run["errors"][:, 0].max())
+    axes[2].set(xlabel="frame", ylabel="error of camera 1 [px]")
+    axes[2].set_ylim(0, max(120, 1.05 * largest))
     axes[2].legend(loc="upper left")
     table = {"frame": np.arange(len(alone)), "alone [px]": alone}
-    table["told [px]"] = run["errors"][:, 0]
+    if talking:
+        table["told [px]"] = run["errors"][:, 0]
     return shown(table, bytes=float(run["bytes"][1:].mean()))

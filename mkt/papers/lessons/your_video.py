@@ -1,6 +1,7 @@
 """A figure that no paper printed: ours, for the reader's own material."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mkt.colors import ColorBins
@@ -76,9 +77,17 @@ def video_box(
     mesh = draw_map(map_ax, x, y, distances, (0, 1), title=lowest, **labels)
     map_ax.invert_yaxis()
     map_ax.set_aspect("equal")
+    _thin_ticks(map_ax, x, y)
     fig.colorbar(mesh, cax=fig.add_axes((0.92, 0.09, 0.015, 0.37)), label="distance")
     table = grid_columns({"y [px]": y}, {"x [px]": x}, distance=distances)
     return shown(table, distances=distances, x=x, y=y, histogram=q)
+
+
+def _thin_ticks(ax: Axes, x: Array, y: Array) -> None:
+    """The 0 alone on the side of a map that is much the shorter."""
+    for axis, own, other in ((ax.xaxis, x, y), (ax.yaxis, y, x)):
+        if np.ptp(own) < np.ptp(other) / 3:
+            axis.set_ticks([0])
 
 
 def _box(frame: Frame, left: float, top: float, width: float, height: float) -> Region:

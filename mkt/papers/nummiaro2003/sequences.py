@@ -12,7 +12,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mkt.evaluation import HIT, SEEN, errors, overlap
+from mkt.evaluation import HIT, SEEN, overlap
 from mkt.figures.registry import Shown, figure, shown
 from mkt.histograms import coefficient
 from mkt.papers import runs
@@ -82,6 +82,11 @@ def held(track: Track, truth: Regions) -> Array:
     return np.where(track.lost, 0, overlap(track.regions, truth))
 
 
+def estimates(track: Track) -> Regions:
+    """The regions (T, 5) of a track, NaN while the tracker searches for the target."""
+    return np.where(track.lost[:, None], np.nan, track.regions)
+
+
 def _ellipses(track: Track) -> pd.DataFrame:
     """The estimates of a track, a row for each frame."""
     x, y, _, hx, hy = track.regions.T
@@ -105,17 +110,18 @@ def fig4(
     and turns out of the image plane, a box whose side comes to sight.  Coloured five
     runs that differ in the tracker's random numbers, the first one thick and with its
     ellipses; black the truth, which the print does not have; the picture is the last
-    frame.  Below, how far off the centre and the half axis are in each frame.  noise:
-    of the motion, in multiples of our values, as the paper prints none; alpha: how fast
-    the model learns.  In the print, of a real parking place, both are followed; here
-    the person is, and the van's ellipse stays with the side of it that it knows.
+    frame.  Below, how far off the centre and the half axis are in each frame; where the
+    tracker says that it is lost there is no estimate.  noise: of the motion, in
+    multiples of our values, as the paper prints none; alpha: how fast the model
+    learns.  In the print, of a real parking place, both are followed; here the person
+    is, and the van's ellipse stays with the side of it that it knows.
     """
     motion = _with_noise(PAPER.motion, noise)
     tracker = replace(PAPER, n=particles, motion=motion, alpha=alpha)
     followed = {name: _followed(tracker, name) for name in TARGETS}
     for k, (name, found) in enumerate(followed.items()):
         ax = fig.add_axes((0.01 + 0.5 * k, 0.41, 0.48, 0.53))
-        title = f"{name}: {np.median(found.off):.1f} px off in the median,"
+        title = f"{name}: {np.nanmedian(found.off):.1f} px off in the median,"
         title += f" held in {np.mean(found.iou > HIT):.0%} of the frames"
         show_frame(ax, found.clip.frames[-1], title)
         _draw_trajectories(ax, found, TARGETS[name])
@@ -128,13 +134,15 @@ def fig4(
 
 
 class _Followed(NamedTuple):
-    """Some runs, and three arrays (R, T) of them.
+    """Some runs, their regions (R, T, 5), and three arrays (R, T) of them.
 
     off : the error of the centre [px]; ratio : H_x over the true one; iou : overlap.
+    Where a tracker says that it is lost all are NaN but the overlap, which is 0.
     """
 
     clip: Clip
     tracks: list[Track]
+    regions: Regions
     off: Array
     ratio: Array
     iou: Array
@@ -156,20 +164,20 @@ def _followed(tracker: Adaptive, target: str) -> _Followed:
     scene = parking(0, target)
     clip = runs.clip(scene)
     tracks = [runs.run(tracker, scene, seed) for seed in range(PATHS)]
-    found = np.array([track.regions for track in tracks])
-    off = np.array([errors(regions, clip.truth).position for regions in found])
+    found = np.array([estimates(track) for track in tracks])
+    off = np.linalg.norm(found[..., :2] - clip.truth[:, :2], axis=-1)
     iou = np.array([held(track, clip.truth) for track in tracks])
-    return _Followed(clip, tracks, off, found[..., 3] / clip.truth[:, 3], iou)
+    return _Followed(clip, tracks, found, off, found[..., 3] / clip.truth[:, 3], iou)
 
 
 def _draw_trajectories(ax: Axes, followed: _Followed, color: str) -> None:
     """All paths, and ellipses along the first."""
-    first, *others = (track.regions for track in followed.tracks)
+    first, *others = followed.regions
     ax.plot(*followed.clip.truth[:, :2].T, color=TRUTH, lw=3)
     for regions in others:
         ax.plot(*regions[:, :2].T, color=color, lw=0.7)
     ax.plot(*first[:, :2].T, color=color, lw=1.8)
-    for region in first[::PRINTED]:
+    for region in first[::PRINTED][np.isfinite(first[::PRINTED, 0])]:
         draw_ellipse(ax, region, "white", lw=2.6)
         draw_ellipse(ax, region, color, lw=1.5)
 
@@ -182,7 +190,7 @@ def _draw_errors(fig: Figure, followed: Mapping[str, _Followed]) -> None:
             ax.plot(values[1:].T, color=TARGETS[name], lw=0.7)
             ax.plot(values[0], color=TARGETS[name], lw=2, label=name)
             ax.set(xlabel="frame", xlim=(0, values.shape[1] - 1))
-    largest = max(found.off.max() for found in followed.values())
+    largest = max(np.nanmax(found.off) for found in followed.values())
     left.set(ylabel="centre error [px]", ylim=(0, 1.3 * largest))
     left.legend(loc="upper left", ncols=2)
     right.axhline(1, color=TRUTH, lw=1)
@@ -466,9 +474,7 @@ def _write_above(
 ) -> None:
     """What a row of frames is of, from its first axes on."""
     last = alike.iloc[-1]
-    text = (
-        f"{title}: {np.mean(iou > HIT):.0%} of the frames, overlap {iou.mean():.2f}; "
-    )
+    text = f"{title}: held in {np.mean(iou > HIT):.0%}, overlap {iou.mean():.2f}; "
     text += f"last model: van {last['target']:.2f}, beside it {last['beside']:.2f}"
     above = ax.get_position().y1 + 0.065
     bold = {"fontweight": "bold", "va": "bottom"}
@@ -492,14 +498,14 @@ def fig9(
 
     The sequence of figure 8.  Black is the truth, which the print does not have;
     coloured are two runs that differ in the tracker's random numbers, the one of figure
-    8 thick.  The title counts the errors only in the frames in which the van is held,
-    with an overlap above .2, and says how many these are: its shares are of the frames
-    of both runs, those of figure 8 of one run.  At the right, how alike the model of
-    figure 8's run is to the van as it looks at the time (full line) and to what is
-    beside it (dotted): when the dotted line comes up to the full one, the tracker has
-    learnt the background.  The thin line is the tracker's own score, the coefficient of
-    its estimate with its model.  The paper finds the scale estimated better with the
-    update.
+    8 thick, with gaps where the tracker says that it has lost the van.  The title
+    counts the errors only in the frames in which the van is held, with an overlap above
+    .2, and says how many these are: its shares are of the frames of both runs, those of
+    figure 8 of one run.  At the right, how alike the model of figure 8's run is to the
+    van as it looks at the time (full line) and to what is beside it (dotted): when the
+    dotted line comes up to the full one, the tracker has learnt the background.  The
+    thin line is the tracker's own score, the coefficient of its estimate with its
+    model.  The paper finds the scale estimated better with the update.
     """
     scene = traffic(0, van)
     clip = runs.clip(scene)
@@ -510,7 +516,7 @@ def fig9(
     largest = true.max()
     for title, (tracker, color) in learners(alpha, threshold, elliptic).items():
         tracks = [runs.run(tracker, scene, k, keep=("model",)) for k in range(RUNS)]
-        widths = np.array([track.regions[:, 3] for track in tracks])
+        widths = np.array([estimates(track)[:, 3] for track in tracks])
         alike = likeness(tracker, clip, tracks[0])
         draw_runs(left, true, widths, color)
         largest = max(largest, np.nanmax(widths))

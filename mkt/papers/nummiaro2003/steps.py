@@ -207,8 +207,9 @@ def fig2(
 
     left = fig.add_axes((0.01, 0.08, 0.46, 0.82))
     off = [np.hypot(*region[:2] - truth[:2]) for region in (mean, best)]
+    named = "frame 0, samples of frame 1" if frame == 0 else f"frame {frame}"
     title = (
-        f"frame {frame}; from the annotation: mean of\nthe samples {off[0]:.0f} px, "
+        f"{named}; from the annotation: mean of\nthe samples {off[0]:.0f} px, "
         f"top of the hill {off[1]:.0f} px"
     )
     show_frame(left, clip.frames[frame], title)
@@ -317,6 +318,7 @@ def placements(scene: Scene) -> dict[str, tuple[Zone, ...]]:
 
 
 PLACEMENTS = list(placements(students(0)))
+MANY = 60  # samples that appear: with thick outlines they would hide the frame
 IN_FULL_VIEW = 30  # a frame in which the whole student is seen
 
 
@@ -377,9 +379,10 @@ def fig3(
 
 
 def _draw_waiting(ax: Axes, samples: Regions, appears: NDArray) -> None:
-    """Samples (N, 5) with their centres, in red those that appear."""
+    """Samples (N, 5) with their centres, in red those that appear; thin, where many."""
+    thick = 1.6 if appears.sum() < MANY else 0.5
     for sample, red in zip(samples, appears, strict=True):
-        color, width = (FOUND, 1.6) if red else (MEAN, 0.5)
+        color, width = (FOUND, thick) if red else (MEAN, 0.5)
         draw_ellipse(ax, sample, color, lw=width)
     ax.plot(*samples[:, :2].T, ".", color=SAMPLE, ms=4)
 

@@ -26,7 +26,7 @@ from mkt.plotting import (
     draw_surface,
     show_frame,
 )
-from mkt.regions import displaced, warp
+from mkt.regions import HY, displaced, warp
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
 from mkt.scenes.textures import OBJECTS
@@ -37,7 +37,7 @@ WIDTH = 96.0  # of the object [px]; ours, the paper does not say
 # Of the image, between two pixels: the edges of an object of even width fall between
 # pixels too.
 MIDDLE = (159.5, 119.5)
-LEVELS = (0, 0.9)  # of the distance, for its colours
+HIGH = 0.9  # where the colours of the distance end, but for larger ones
 # The largest spans with which kernels stay inside an object of any aspect.
 WIDEST = {"one": 1.0, "2x2": 1.25, "tiles": 1.0}
 HIGHEST = 0.65  # a bar of figure 1, over all its sliders
@@ -192,7 +192,8 @@ def fig2(
     ax = fig.add_axes((0.01, 0.02, 0.46, 0.88))
     ax.imshow(picture, extent=extent)
     draw_kernels(ax, kernels)
-    ax.set(xticks=[], yticks=[], title=f"{len(maps)} kernels, {profile}")
+    number = "one kernel" if len(maps) == 1 else f"{len(maps)} kernels"
+    ax.set(xticks=[], yticks=[], title=f"{number}, {profile}")
     _draw_weights(fig, maps, extent)
     covered = float((maps > 0).any(0).mean())
     return shown(_kernel_table(kernels), kernels=len(maps), covered=covered)
@@ -306,10 +307,11 @@ def fig3(
     degrees = np.rad2deg(theta)
     second = "(b) one kernel again" if layout == "one" else f"(b) {layout} kernels"
     surfaces = {"(a) one kernel": one, second: several}
+    levels = 0, max(HIGH, one.max(), several.max())
     for left, (title, z) in zip((-0.02, 0.46), surfaces.items(), strict=True):
         ax = fig.add_axes((left, 0.33, 0.54, 0.63), projection="3d")
         labels = {"xlabel": "x [px]", "ylabel": "rotation [deg]", "zlabel": "distance"}
-        draw_surface(ax, x, degrees, z, LEVELS, title=title, **labels)
+        draw_surface(ax, x, degrees, z, levels, title=title, **labels)
     cuts = {title: z[:, 30] for title, z in surfaces.items()}
     _draw_cuts(fig.add_axes((0.08, 0.09, 0.88, 0.23)), degrees, cuts)
     table = _surface_table("kernels", x, degrees, surfaces)
@@ -388,10 +390,11 @@ def fig4(
     for ax, (title, frame) in zip(upper, frames.items(), strict=True):
         show_frame(ax, frame, title)
         draw_region(ax, region)
-        ax.set(xlim=(80, 240), ylim=(170, 70))
+        ax.set(xlim=(80, 240), ylim=_cropped(region))
     degrees = np.rad2deg(theta)
+    levels = 0, max(HIGH, *(z.max() for z in surfaces))
     meshes = [
-        _draw_distances(ax, x, degrees, z)
+        _draw_distances(ax, x, degrees, z, levels)
         for ax, z in zip(lower, surfaces, strict=True)
     ]
     bar = fig.add_axes((0.905, 0.09, 0.015, 0.36))
@@ -401,10 +404,18 @@ def fig4(
     return shown(table, sharp=surfaces[0], blurred=surfaces[1], x=x, theta=theta)
 
 
-def _draw_distances(ax: Axes, x: Array, degrees: Array, z: Array) -> Any:
+def _cropped(region: Region) -> tuple[float, float]:
+    """The rows of the image that are shown: about the object, and all of a high one."""
+    half = max(50, 1.05 * region[HY])
+    return float(region[1] + half), float(region[1] - half)
+
+
+def _draw_distances(
+    ax: Axes, x: Array, degrees: Array, z: Array, levels: tuple[float, float]
+) -> Any:
     """A surface (41, 41) round the truth from above.  Returns its mesh."""
     title = f"distance at the truth {z[20, 20]:.2f}"
     labels = {"xlabel": "x [px]", "ylabel": "rotation [deg]", "title": title}
     for draw in (ax.axvline, ax.axhline):
         draw(0, color="white", lw=0.8, ls=":")  # the truth
-    return draw_map(ax, x, degrees, z, LEVELS, **labels)
+    return draw_map(ax, x, degrees, z, levels, **labels)

@@ -173,7 +173,8 @@ def fig8(
     scene = fig.add_axes((0.0, 0.03, 0.5, 0.97), projection="3d")
     _draw_scene(scene, tried.workspace, run, frame)
     ax = fig.add_axes((0.51, 0.03, 0.48, 0.85))
-    errors = f"$e_{{xn}}$ = {error[0]:.3f}, $e_{{yn}}$ = {error[1]:.3f}"
+    x, y = (f"{value:.3f}".replace("-", "−") for value in (error[:2] + 0.0).tolist())
+    errors = f"$e_{{xn}}$ = {x}, $e_{{yn}}$ = {y}"
     draw_view(ax, tried, run, frame, f"frame {frame}: {errors}")
     camera = run.poses[:, :3, 3]
     return shown(_path_table(run), camera=camera, car=run.cars, error=error)
@@ -300,7 +301,8 @@ def _draw_velocities(ax: Axes, truth: Array, measured: Array, estimated: Array) 
     ax.plot(later, measured, "o", ms=3.5, color=OFF_COLOR, label="measured")
     ax.plot(estimated, color=COLOR, lw=2, label="estimated")
     ax.set(xlim=(0, later[-1]), xlabel="frame")
-    ax.set(ylim=(-1, 1), ylabel=r"velocity of $y_n$ [1/s]")
+    largest = max(1, 1.1 * np.nanmax(np.abs([*measured, *estimated])))
+    ax.set(ylim=(-largest, largest), ylabel=r"velocity of $y_n$ [1/s]")
     ax.legend(loc="lower left", ncols=3, bbox_to_anchor=(0, 1), borderaxespad=0.1)
 
 
@@ -363,7 +365,8 @@ def fig10(
         ax.set(xlim=(0, chosen.frames - 1), ylabel=f"error of ${name}_n$")
         _add_pixels(ax, _pixels(chosen))
     largest = max(np.abs(reference).max(), np.abs(errors).max(), lag)
-    _finish_errors(axes, lag, largest, fps)
+    across = max(np.abs(reference[:, 0]).max(), np.abs(errors[:, 0]).max())
+    _finish_errors(axes, lag, (largest, across), fps)
     found = rms(errors[:, 1]), rms(reference[:, 1])
     beside = "" if compensation == "off" else f", off {found[1]:.3f}"
     title = f"RMS of $e_{{yn}}$: {found[0]:.3f}{beside}"
@@ -390,14 +393,21 @@ def _add_pixels(ax: Axes, pixels: float) -> None:
     axis.set_ylabel("[px]")
 
 
-def _finish_errors(axes: Sequence[Axes], lag: float, largest: float, fps: float):
-    """Limits and legend of figure 10, and the error that the theory foretells."""
+def _finish_errors(
+    axes: Sequence[Axes], lag: float, largest: tuple[float, float], fps: float
+) -> None:
+    """Limits and legend of figure 10, and the error that the theory foretells.
+
+    The largest errors of all, and of x_n.
+    """
+    tall = 1.1 * largest[0]
     upper, lower = axes
     for sign in (-1, 1):
         upper.axhline(sign * lag, color="0.3", lw=1, ls=":")
-    upper.set(ylim=(-1.1 * largest, 1.1 * largest))
+    upper.set(ylim=(-tall, tall))
     upper.legend(loc="lower left", ncols=2, bbox_to_anchor=(0, 1), borderaxespad=0.1)
-    lower.set(ylim=(-0.55 * largest, 0.55 * largest))
+    low = max(tall / 2, 1.1 * largest[1])
+    lower.set(ylim=(-low, low))
     lower.set_xlabel(f"frame, {fps:g} per second")
 
 

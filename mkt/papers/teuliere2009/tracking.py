@@ -155,11 +155,17 @@ def fig6(
     truth, curves = _curves(clip.truth, clip.truth), _curves(regions, clip.truth)
     labels = {name: label(name, particles) for name in COLORS}
 
+    angles = curves[:, :, 2]
+    turns = (
+        min(truth[2].min() - 60, angles.min()),
+        max(truth[2].max() + 60, angles.max()),
+    )
+
     margins = {"left": 0.055, "right": 0.8, "bottom": 0.055, "top": 0.94}
     spaces = margins | {"hspace": 0.36, "wspace": 0.24}
     axes = fig.subplots(5, 3, sharex=True, sharey="col", gridspec_kw=spaces)
     for i, (name, row) in enumerate(zip(COLORS, axes, strict=True)):
-        _draw_tracker(row, truth, curves[i], COLORS[name], occlusion)
+        _draw_tracker(row, truth, curves[i], COLORS[name], occlusion, turns)
         at = row[0].get_position()
         bold = {"fontweight": "bold", "va": "bottom"}
         draw_name(fig, at.x0, at.y1 + 0.006, labels[name], COLORS[name], **bold)
@@ -187,14 +193,21 @@ def _curves(regions: Regions, truth: Regions) -> Array:
 
 
 def _draw_tracker(
-    row: Sequence[Axes], truth: Array, tracked: Array, color: str, occlusion: int
+    row: Sequence[Axes],
+    truth: Array,
+    tracked: Array,
+    color: str,
+    occlusion: int,
+    turns: tuple[float, float],
 ) -> None:
-    """A row of figure 6: curves of the truth (3, T) and of the runs (RUNS, 3, T)."""
-    angles = truth[2].min() - 60, truth[2].max() + 60
-    limits = (0, 320), (240, 0), angles
+    """A row of figure 6: curves of the truth (3, T) and of the runs (RUNS, 3, T).
+
+    The limits of the orientation [deg] are those of all rows.
+    """
+    limits = (0, 320), (240, 0), turns
     quantities = np.swapaxes(tracked, 0, 1)
     for ax, true, found, ylim in zip(row, truth, quantities, limits, strict=True):
-        ax.axvspan(FIRST, FIRST + occlusion - 1, color="0.85", lw=0)
+        ax.axvspan(FIRST - 0.5, FIRST + occlusion - 0.5, color="0.85", lw=0)
         ax.axvline(FIRST, color="0.4", lw=0.9, ls="--")
         draw_runs(ax, true, found, color, ylim=ylim)
 
