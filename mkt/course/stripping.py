@@ -12,6 +12,11 @@ from typing import Any
 
 # Of a cell's metadata; the rest is what a session left behind.
 KEPT = ("tags", "nbgrader", "slideshow")
+# What the book leaves out, JupyterLab folds: {tag: what a cell with it has}.
+FOLDED = {
+    "remove-input": {"source_hidden": True},
+    "remove-cell": {"source_hidden": True, "outputs_hidden": True},
+}
 METADATA = {
     "kernelspec": {
         "display_name": "Python 3",
@@ -29,6 +34,8 @@ def stripped(notebook: dict[str, Any]) -> dict[str, Any]:
         metadata = cell["metadata"]
         for key in set(metadata).difference(KEPT):
             del metadata[key]
+        for tag in FOLDED.keys() & metadata.get("tags", ()):
+            metadata["jupyter"] = dict(FOLDED[tag])
         if cell["cell_type"] == "code":
             cell.update(outputs=[], execution_count=None)
     clean["metadata"].clear()

@@ -250,7 +250,7 @@ def _on_the_others(rows: pd.DataFrame) -> str:
         "The settings of guided were chosen on A, C and F, among other data. On the "
         f"{len(first.cases)} others the first two are {ahead}, and {next_one}: a lead "
         f"of {lead:.2f} ({low:.2f} to {high:.2f}), which {told} the test of the "
-        f'column "place".  The rival was picked after the runs, and of so few '
+        f"leaderboard's places.  The rival was picked after the runs, and of so few "
         "sequences the test rests on a normal distribution."
     )
 

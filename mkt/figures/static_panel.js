@@ -70,7 +70,8 @@ function begin(panel) {
       link.href = canvas.toDataURL("image/png");
       link.download = `${name}.png`;
     } catch {
-      link.href = image.src; // a page on a disk may not read a file beside it
+      link.href = image.src; // a page on a disk may not read a file beside it,
+      link.target = "_blank"; // and leaves for it, where it cannot be saved either
       link.download = `${name}.avif`;
     }
     link.click();
@@ -87,6 +88,8 @@ function begin(panel) {
   panel.querySelector(".mkt-reset")?.addEventListener("click", () => show());
   panel.querySelector(".mkt-save").addEventListener("click", save);
   show();
+  // Back on the page the browser sets the controls as they were, not the picture.
+  addEventListener("pageshow", ({ persisted }) => persisted || show());
 }
 
 document.addEventListener("DOMContentLoaded", () => {

@@ -6,6 +6,7 @@ import { axes, button, Canvas, Controls, el, outline } from "./page.js";
 
 const LARGEST = 320; // [px] a side of the picture that is tracked
 const KEPT = 150; // frames of the curves
+const LOWEST = 110; // [px] of a curve, on a narrow screen
 const [BOX, FOUND, LOST] = ["#e49c00", "#33b24d", "#cb1118"];
 const REFUSED = {
   NotAllowedError: "The camera was refused",
@@ -69,12 +70,15 @@ class Tracking {
     );
     this.stage.node.classList.add("mkt-wide");
     const curve = (title, value, color, top) =>
-      new Canvas(`${title} of the last ${KEPT} frames`, 0.45, (...pen) =>
-        this.drawCurve(title, value, color, top, ...pen),
+      new Canvas(
+        `${title} of the last ${KEPT} frames`,
+        0.45,
+        (...pen) => this.drawCurve(title, value, color, top, ...pen),
+        LOWEST,
       );
     this.curves = [
       curve("N_eff", "nEff", "#1e7dc1", () => this.controls.values.particles),
-      curve("likelihood", "likeness exp(\u2212\u03bbd\u00b2)", FOUND, () => 1),
+      curve("likeness exp(\u2212\u03bbd\u00b2)", "likelihood", FOUND, () => 1),
     ];
     this.said = el("p", { class: "mkt-note", role: "status" });
     this.numbers = el("p", { class: "mkt-note" });

@@ -153,6 +153,7 @@ export class Controls {
   set(values, quick = false, asked = false) {
     for (const [name, value] of Object.entries(values))
       this.values[name] = nearest(this.fields[name], value);
+    this.note.textContent = ""; // a link or a command in it would be of what was shown
     this.show();
     this.follow(quick, asked);
     if (!quick) host.keep(this.key, this.settings(), this.values);
@@ -239,9 +240,10 @@ export class Controls {
     const copied = async (words, remark = "") => {
       try {
         await navigator.clipboard.writeText(words);
-        this.note.textContent = `Copied: ${words}${remark}`;
+        this.note.replaceChildren("Copied: ", el("code", {}, words), remark);
       } catch {
-        this.note.textContent = `${words}${remark}`; // to be copied by hand
+        // To be copied by hand.
+        this.note.replaceChildren(el("code", {}, words), remark);
       }
     };
     const buttons = [];
@@ -395,11 +397,14 @@ export function legible(pen, ink, color) {
   return `rgb(${own.map((each) => Math.round((255 * each) / most)).join(" ")})`;
 }
 
-// Round steps between two values, about so many.
+// Round steps between two values, about so many, and two at the least.
 function ticks(low, high, most) {
   const rough = (high - low) / most;
   const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 3, 5, 10].map((k) => k * power).find((each) => each >= rough);
+  const steps = [0.5, 1, 2, 3, 5, 10].map((k) => k * power);
+  const count = (step) => Math.floor(high / step) - Math.ceil(low / step) + 1;
+  const fit = steps.findIndex((each) => each >= rough);
+  const step = count(steps[fit]) < 2 ? steps[fit - 1] : steps[fit];
   const first = Math.ceil(low / step - 1e-9);
   const last = Math.floor(high / step + 1e-9);
   return Array.from({ length: last - first + 1 }, (_, i) => (first + i) * step);
@@ -416,8 +421,12 @@ export function axes(pen, [left, top, width, height], { x, y, xlabel, ylabel, ba
   pen.strokeRect(left, top, width, height);
   pen.textAlign = "center";
   const rising = (ends) => [Math.min(...ends), Math.max(...ends)];
-  for (const tick of bare ? [] : ticks(...rising(x), Math.max(width / 60, 2)))
-    pen.fillText(number(tick), across(tick), top + height + TEXT + 3);
+  for (const tick of bare ? [] : ticks(...rising(x), Math.max(width / 60, 2))) {
+    const words = number(tick);
+    const half = pen.measureText(words).width / 2;
+    const middle = Math.min(across(tick), pen.canvas.clientWidth - half);
+    pen.fillText(words, middle, top + height + TEXT + 3);
+  }
   pen.textAlign = "right";
   for (const tick of ticks(...rising(y), Math.max(height / 40, 2)))
     pen.fillText(number(tick), left - 4, down(tick) + 4);

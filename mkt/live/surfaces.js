@@ -221,7 +221,7 @@ class Surfaces {
     this.here = this.pairs.map((pair) => at(pair, (rotation * Math.PI) / 180));
     const words = this.here.map((d) => d.toFixed(3));
     const [one, other] = this.pairs.map(({ name }) => name);
-    const place = `x = ${number(x)} px, rotation = ${number(rotation)} degrees`;
+    const place = `x = ${number(x, 3)} px, rotation = ${number(rotation, 3)} degrees`;
     this.said.textContent =
       `At ${place}${this.onMaps() ? "" : ", outside the maps"}: ` +
       `distance ${words[0]} for ${one}, ${words[1]} for ${other}.`;
@@ -304,7 +304,7 @@ class Surfaces {
       x: [-TURN, TURN],
       y: [0, 1],
       xlabel: "rotation [deg]",
-      ylabel: `distance at x = ${number(x)} px`,
+      ylabel: `distance at x = ${number(x, 3)} px`,
     };
     const { across, down } = axes(pen, box, limits);
     const ink = pen.fillStyle;

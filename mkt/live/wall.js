@@ -108,7 +108,7 @@ class Wall {
     const hint = el(
       "p",
       { class: "mkt-note" },
-      "Play the run, draw along the curves or take the arrow keys to " +
+      "Play the run, drag along the curves or take the arrow keys to " +
         "see another frame: thick is run 0, whose boxes the frame " +
         "shows; black and white is the truth. In the table, medians " +
         "over five runs of a run's median error before the wall and " +
@@ -263,7 +263,9 @@ class Wall {
       if (this.done.has(key)) this.keepIfOther(this.done.get(key), run);
     const { frame } = this.controls.values;
     const [all, left] = [this.jobs().length, this.missing().length];
-    const done = left ? `${all - left} of ${all} runs done` : "All runs done";
+    const done = left
+      ? `${all - left} of ${all} runs done, (4) and (5) in one`
+      : "All runs done";
     const state = this.photos ? done : "Painting the frames";
     this.stage.setAttribute("aria-busy", String(!this.photos || left > 0));
     const hidden = 100 - Math.round(100 * this.visible(frame));
@@ -341,11 +343,8 @@ class Wall {
     const which = QUANTITIES.indexOf(quantity);
     const ink = pen.strokeStyle;
     const truth = this.curve(this.truth, which);
-    const limits = [
-      [0, this.size[0]],
-      [this.size[1], 0],
-      [Math.min(...truth) - 60, Math.max(...truth) + 60],
-    ][which];
+    const [right, bottom] = this.size;
+    const limits = which === 2 ? this.turns(truth) : [[0, right], [bottom, 0]][which];
     pen.textAlign = "left";
     pen.fillText(quantity, 2, 13);
     this.trackers.forEach((tracker, i) => {
@@ -388,6 +387,15 @@ class Wall {
       pen.stroke();
       pen.restore();
     });
+  }
+
+  // What the curves of all runs reach, at least 60 degrees beside the truth.
+  turns(truth) {
+    const runs = this.trackers.flatMap(({ name }) => this.latest[name] ?? []);
+    const angles = runs.flatMap(({ regions }) => this.curve(regions, 2));
+    const low = Math.min(...truth) - 60;
+    const high = Math.max(...truth) + 60;
+    return [Math.min(low, ...angles), Math.max(high, ...angles)];
   }
 
   // Angles on the turn nearest the truth's.

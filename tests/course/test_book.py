@@ -210,6 +210,15 @@ def test_outputs_are_found_and_stripped(tmp_path):
     assert clean.cells[0].metadata == {"tags": ["kept"]}
 
 
+def test_what_the_book_leaves_out_is_folded_in_jupyterlab(tmp_path):
+    notebook = cells("1")
+    notebook.cells[0].metadata = {"tags": [checks.LEFT_OUT]}
+    path = chapter(tmp_path, notebook).notebook
+    assert checks.strip_file(path) and not checks.strip_file(path)
+    folded = nbformat.read(path, 4).cells[0].metadata["jupyter"]
+    assert folded == {"source_hidden": True, "outputs_hidden": True}
+
+
 # Running
 
 

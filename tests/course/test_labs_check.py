@@ -129,11 +129,13 @@ def test_check_finds_a_lab_of_the_handout_by_its_name_and_says_where_it_looked_f
     monkeypatch.setattr(checking, "HANDOUT", toy / "handout")
     hand_in(toy / "handout" / "toy.ipynb", answer(**GOOD))
     assert cli.run(cli.parse(["labs", "check", "toy.ipynb"])) == 0
-    with pytest.raises(
-        SystemExit,
-        match="no such file, seen from this folder or from .*handout.*labs release",
-    ):
+    assert cli.run(cli.parse(["labs", "check", "toy"])) == 0
+    seen = "no such file, seen from this folder or from .*handout; "
+    with pytest.raises(SystemExit, match=seen + "there are toy"):
         cli.run(cli.parse(["labs", "check", "missing.ipynb"]))
+    (toy / "handout" / "toy.ipynb").unlink()
+    with pytest.raises(SystemExit, match=seen + ".*labs release"):
+        cli.run(cli.parse(["labs", "check", "toy"]))
     with pytest.raises(SystemExit, match="this is a folder; give the notebook in it"):
         cli.run(cli.parse(["labs", "check", str(toy / "handout")]))
 

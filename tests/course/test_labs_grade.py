@@ -115,6 +115,7 @@ def test_files_side_by_side_say_whose_they_are_also_under_shortened_names(toy):
         "tom_toy": "tom",
         "mine": "sub2",
     }
+    assert {one.path.stem for one in found if not one.named} == {"lab_3", "mine"}
 
 
 def test_a_submission_cannot_pass_a_check_under_another_cells_name(toy):

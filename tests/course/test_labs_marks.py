@@ -71,6 +71,28 @@ def test_what_a_teacher_types_is_summed_up_and_then_the_page_has_the_model_answe
     assert "Because." in text and "return a + b" in text
 
 
+def test_no_page_has_model_answers_while_work_is_handed_in(toy):
+    """A row without answers has its total at once."""
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer())
+    (row,) = graded(toy / "submitted", toy / "grades.csv").values()
+    assert row["total"] == "0"
+    assert "Because." not in page(toy / "grades.csv", "ada")
+    merged(toy / "grades.csv")
+    assert "Because." in page(toy / "grades.csv", "ada")
+
+
+def test_everything_that_is_no_number_of_points_is_named_at_once(grades, toy):
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer(**GOOD))
+    graded(toy / "submitted", grades)
+    rows = [
+        row | {"why": "drei" if row["student"] == "bob" else "-1"}
+        for row in table.read(grades)
+    ]
+    table.write(grades, list(rows[0]), rows, ",")
+    with pytest.raises(SystemExit, match="ada.*'-1'.*; bob.*'drei'"):
+        merged(grades)
+
+
 @pytest.mark.parametrize("text", ["4", "-1", "good", "nan"])
 def test_what_is_no_number_of_points_is_refused(grades, text):
     typed(grades, text)

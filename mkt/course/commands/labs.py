@@ -1,5 +1,6 @@
 """``labs`` hands out the labs of the course, checks one, or grades many."""
 
+import os
 import sys
 import time
 from argparse import ArgumentTypeError
@@ -199,7 +200,11 @@ def _check(args) -> int:
     from mkt.course.labs import checking
 
     saved = time.localtime(checking.found(args.path).stat().st_mtime)
-    print(f"as it was saved at {time.strftime('%H:%M:%S', saved)}", file=sys.stderr)
+    print(
+        f"as it was saved at {time.strftime('%H:%M:%S', saved)}; what does not end is "
+        f"stopped after {args.limit:g} s (--limit), once for each check that calls it",
+        file=sys.stderr,
+    )
     lines, passed = checking.check(args.path, args.limit)
     for line in lines:
         print(line)
@@ -210,6 +215,8 @@ def _grade(args) -> int:
     from mkt.course.labs import grading, pages
 
     troubles = []
+    if not args.merge and os.name == "posix" and os.geteuid() == 0:
+        print("grading as root, which SECURITY.md advises against", file=sys.stderr)
     if args.merge:
         grading.merge(args.output)
     elif args.path is None:

@@ -53,15 +53,23 @@ def found(path: Path) -> Path:
 
     Raises ValueError where there is none.
     """
-    for place in (path, HANDOUT / path):
+    for place in (path, HANDOUT / path, HANDOUT / f"{path}.ipynb"):
         if place.is_file():
             return place
         if place.is_dir():
             raise ValueError(f"{place}: this is a folder; give the notebook in it")
     raise ValueError(
         f"{path}: there is no such file, seen from this folder or from {HANDOUT}; "
-        "`python3 -m mkt labs release` writes the labs into that one"
+        f"{_there()}"
     )
+
+
+def _there() -> str:
+    """What is in notebooks/handout, or what writes it."""
+    names = [path.stem for path in sorted(HANDOUT.glob("*.ipynb"))]
+    if names:
+        return f"there are {', '.join(names)}"
+    return "`python3 -m mkt labs release` writes the labs into that one"
 
 
 def _line(mark: Mark) -> str:

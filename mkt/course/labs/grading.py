@@ -38,6 +38,7 @@ OURS = "not graded, and not by the student's fault"
 OLDER = "an older version of this file"
 ELSEWHERE = "the typed points are in the row of an older version, whose answer differs"
 UNANSWERED = "not answered"
+NAMELESS = "no student's name in that of the file; the folder's stands for it"
 Labs = Mapping[str, NotebookNode]
 
 
@@ -118,7 +119,8 @@ def grade(
 def merge(output: Path) -> None:
     """Sum up a table that a teacher has typed points into, and write the pages anew.
 
-    With a total, a page shows the model answers too.
+    Pages of rows with a total show the model answers now, and not before: as long as
+    work is handed in, one such page would give the lab away.
 
     Raises
     ------
@@ -128,7 +130,7 @@ def merge(output: Path) -> None:
     if not output.is_file():
         raise ValueError(f"{output}: there is no such table; `labs grade` makes it")
     rows = _rows_so_far(output)
-    _write(output, rows, rows, labs(), None)
+    _write(output, rows, rows, labs(), None, models=True)
 
 
 def _rows_so_far(output: Path) -> list[Row]:
@@ -179,29 +181,46 @@ def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
 
 
 def _write(
-    output: Path, rows: list[Row], new: list[Row], sources: Labs, comma: str | None
+    output: Path,
+    rows: list[Row],
+    new: list[Row],
+    sources: Labs,
+    comma: str | None,
+    *,
+    models: bool = False,
 ) -> None:
     """Write the table with its totals, and the pages of its new rows.
 
     Without a separator it has that of the table that is there, or a comma.
     """
     comma = comma or (table.separator(output) if output.exists() else ",")
-    for row in rows:
-        lab = sources.get(row["lab"])
-        if lab is not None and row["points"]:
-            row["points"] = _sum(row, lab, "check") or row["points"]
-            row["total"] = _total(row, lab)
-        else:
-            row["total"] = ""
+    _sum_up(rows, sources)
     table.write(output, _columns(rows, sources), rows, comma)
     for row in new:
         if OLDER in row["note"].splitlines():
             pages.remove(output, row)
         elif row["lab"] in sources:
-            pages.write(output, row, sources[row["lab"]])
+            pages.write(output, row, sources[row["lab"]], models)
     present = {row["lab"] for row in rows}
     labs = {title: lab for title, lab in sources.items() if title in present}
     pages.write_rubrics(output, labs)
+
+
+def _sum_up(rows: list[Row], sources: Labs) -> None:
+    """The totals of rows; ValueError for all that is no number of points."""
+    wrong = []
+    for row in rows:
+        lab = sources.get(row["lab"])
+        row["total"] = ""
+        if lab is None or not row["points"]:
+            continue
+        try:
+            row["points"] = _sum(row, lab, "check") or row["points"]
+            row["total"] = _total(row, lab)
+        except ValueError as error:
+            wrong.append(str(error))
+    if wrong:
+        raise ValueError("; ".join(wrong))
 
 
 def _total(row: Row, lab: NotebookNode) -> str:
@@ -353,6 +372,7 @@ class _Grader:
         renamed = f"not called after its lab, {one.lab}, but its cells are of it"
         notes = [
             *([] if str(one.lab) in one.path.stem else [renamed]),
+            *([] if one.named else [NAMELESS]),
             *self.odd[one.path],
             *(f"{one}: {UNANSWERED}" for one in questions if one not in said),
             *edited(lab, notebook),

@@ -29,12 +29,12 @@ def rubrics_of(output: Path) -> Path:
     return output.with_name(f"{output.stem}_rubrics.md")
 
 
-def write(output: Path, row: Row, lab: NotebookNode) -> None:
+def write(output: Path, row: Row, lab: NotebookNode, models: bool) -> None:
     """Write the page of a row: FOLDER/STUDENT/LAB.html, with the file's hash in it.
 
     It is for the student: what the table says of other students is not on it.
 
-    The model answers are on it as soon as the row has a total.
+    The model answers are on it where they are asked for and the row has a total.
 
     Parameters
     ----------
@@ -43,6 +43,7 @@ def write(output: Path, row: Row, lab: NotebookNode) -> None:
     row : dict
     lab : NotebookNode
         With its solutions.
+    models : bool
     """
     path = _path(output, row)
     where = headings(lab)
@@ -56,7 +57,7 @@ def write(output: Path, row: Row, lab: NotebookNode) -> None:
         notes=[
             one for one in row["note"].splitlines() if not one.startswith(OF_OTHERS)
         ],
-        answers=_models(lab) if row["total"] else {},
+        answers=_models(lab) if models and row["total"] else {},
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole(path) as half:

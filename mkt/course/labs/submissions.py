@@ -43,6 +43,8 @@ class Submission:
         Of its content, "" where it was not copied.
     trouble : str
         Why it cannot be graded, "" if it can.
+    named : bool
+        Whether the student stands in its path, not in that of all submissions.
     """
 
     student: str
@@ -51,6 +53,7 @@ class Submission:
     copy: Path | None = None
     sha256: str = ""
     trouble: str = ""
+    named: bool = True
 
 
 def handed_in(
@@ -153,7 +156,8 @@ def _submission(folder: Path, path: Path, names: list[str]) -> Submission:
         student = path.parts[0]
     else:
         student = _before(path.stem, lab or SHORT).strip("_- ")
-    return Submission(student or folder.resolve().name, lab, path)
+    named = bool(student)
+    return Submission(student or folder.resolve().name, lab, path, named=named)
 
 
 def _before(text: str, part: str) -> str:

@@ -196,8 +196,9 @@ def one_kernel_misses_the_orientation(runs: Runs) -> list[Part]:
 
     The single kernel is constant on the whole rectangle.  The one of our figure 6 is
     round, and cannot know the orientation whatever it sees.  With the printed exponent,
-    20 d^2 of one kernel against the sum of 20 d_j^2 over nine, two things change at
-    once; with nine times that ("as steep") the kernel alone does.  These lines came
+    20 times the squared distance, of one kernel in one filter and summed over nine in
+    the other, two things change at once; with nine times that ("as steep") the kernel
+    alone does.  These lines came
     after the runs: that one kernel is worse has a say, how much is ours.
     """
     nine = runs("base", "pf-500", "orientation")
@@ -242,7 +243,7 @@ def the_combination_is_as_accurate(runs: Runs) -> list[Part]:
 
     As accurate means at most .02 of overlap worse.  75 of 500 particles are 85 % fewer;
     the paper's conclusion says 75 %.  The paper says it of a sequence with an occlusion
-    and fast motion; *blur*, slow motion behind a shutter that stays open, is our
+    and fast motion; "blur", slow motion behind a shutter that stays open, is our
     question, and had a say at first.
     """
     return [
@@ -387,12 +388,13 @@ def the_self_motion_is_compensated(runs: Runs) -> list[Part]:
     """
     hands = pd.DataFrame(over_seeds(_followed, runs.seeds))
     without = "over no compensation"
+    filtered = f"RMS error in y, Kalman filter {without}"
     peak = "filter: largest error after a reversal over RMS in steady motion"
     right = "share of frames between the reversals in which its sign is right"
     ratios = (
         (f"RMS error in y, raw measurement {without}", hands["raw"], 0.2),
-        (f"RMS error in y, Kalman filter {without}", hands["filtered"], 0.2),
-        ("that of the filter, in steady motion", hands["calm"], 0.05),
+        (filtered, hands["filtered"], 0.2),
+        (f"{filtered}, in steady motion", hands["calm"], 0.05),
     )
     return [
         *(_below(text, values, 1) for text, values, _ in ratios),
