@@ -212,7 +212,8 @@ def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
         area : under the success curve.
         position [px], orientation [deg], scale [log] : means without sign.
         shrunk : the share of frames with less than half of the true area.
-        These four are of the frames that have an estimate, NaN without any.
+        These four are of the frames that have an estimate, NaN without any; the
+        orientation is NaN where the truth is upright.
         lost, failed : 1 when none of the last ten scored frames is a hit, or none is a
         hit whose orientation is right to 45 degrees.
         silent, false_alarms : the share of the misses in which the tracker did not say
@@ -249,7 +250,7 @@ def evaluate(track: Track, clip: Sequence) -> dict[str, float]:
         "hits_of_all": true_positives(every, hidden=True),
         "area": np.mean(success(every)),
         "position": mean_of(off.position[given]),
-        "orientation": mean_of(degrees[given]),
+        "orientation": np.nan if clip.upright else mean_of(degrees[given]),
         "scale": mean_of(np.abs(off.scale[given])),
         "shrunk": mean_of(np.exp(2 * off.scale[given]) < SHRUNK),
         "lost": not hit[-LAST:].any(),

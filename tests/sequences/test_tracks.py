@@ -167,6 +167,8 @@ def test_every_number_of_a_score_is_said_with_what_it_means(data, tmp_path, caps
     lines = [line.split(maxsplit=2) for line in capsys.readouterr().out.splitlines()]
     assert tuple(name for name, _, _ in lines) == JUDGED
     assert lines[0][1] == "1.000" and "[px]" in lines[4][2] and "[deg]" in lines[5][2]
+    unknown = {name for name, number, _ in lines if number == "-"}
+    assert unknown == {"orientation", "silent"}  # an upright truth, and no misses
 
 
 def ours(path):

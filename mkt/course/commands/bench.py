@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable
+from math import isnan
 from pathlib import Path
 
 from mkt.course.commands import Commands, command, seeds
@@ -13,7 +14,7 @@ MEANING = {  # of the numbers of `mkt.evaluation.evaluate`
     "hits_of_all": "the same out of all frames but the first",
     "area": "under the success curve",
     "position": "mean error [px]",
-    "orientation": "mean error [deg]",
+    "orientation": "mean error [deg], where the truth has one",
     "scale": "mean error of the size [log]",
     "shrunk": "the share of frames with less than half of the true area",
     "lost": "1 where none of the last ten frames is a hit",
@@ -203,13 +204,14 @@ def _rank(args) -> None:
 
 
 def _score(path: Path, name: str) -> None:
-    """Print what a track in a file is worth."""
+    """Print what a track in a file is worth, and - for what is not known."""
     from mkt.evaluation import evaluate
     from mkt.sequences import benchmarks, tracks
 
     track, clip = tracks.read(path, benchmarks.named(name))
     for what, value in evaluate(track, clip).items():
-        print(f"{what:12}  {value:7.3f}  {MEANING[what]}")
+        number = "-" if isnan(value) else f"{value:.3f}"
+        print(f"{what:12}  {number:>7}  {MEANING[what]}")
 
 
 def _release() -> None:
