@@ -337,7 +337,7 @@ def ask_for_box(clip: Sequence, output: Path, first: int = 0) -> str:
         raise ValueError(
             f"--from is {first}, but {clip.name} has the frames 0 to {len(clip) - 1}"
         )
-    path = Path(output).with_name(f"{Path(output).stem}-first-frame.png")
+    path = free(Path(output).with_name(f"{Path(output).stem}-first-frame.png"))
     with whole(path) as half:
         pixel_grid(clip.frames[first]).savefig(half)
     return (

@@ -383,6 +383,14 @@ def test_without_a_box_the_first_frame_is_shown_under_a_grid(file, tmp_path, cap
     assert cv2.imread(str(path)).shape[1] == 1200
 
 
+def test_a_first_frame_takes_the_next_name_as_a_film_does(file, tmp_path):
+    taken = tmp_path / "found-first-frame.png"
+    taken.write_text("precious")
+    said = recording.ask_for_box(video(file), tmp_path / "found.webm")
+    assert str(tmp_path / "found-first-frame-2.png") in said
+    assert taken.read_text() == "precious" and len(contents(tmp_path)) == 2
+
+
 def test_a_video_may_lie_at_home(file, tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(file.parent))
     monkeypatch.setenv("USERPROFILE", str(file.parent))
