@@ -7,6 +7,7 @@ to: what a tracker for OTB writes is counted from 1 as OTB's truth is, and so on
 
 import csv
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -115,6 +116,7 @@ def read(path: Path, found: Found) -> tuple[Track, Sequence]:
     clip = found.sequence()
     head = path.read_text("utf-8-sig", "replace").lstrip('"')
     if head.startswith(COLUMNS[0]):
+        _refuse_other_columns(path, head.splitlines()[0])
         regions, lost = _ours(path, found)
     else:
         regions = _regions(path, found, clip)
@@ -128,6 +130,21 @@ def read(path: Path, found: Found) -> tuple[Track, Sequence]:
             f"left; a longer film can be tracked with --to {last}",
         )
     return Track(regions, np.full(len(clip), np.nan), lost, {}), clip
+
+
+def _refuse_other_columns(path: Path, head: str) -> None:
+    """Refuse a head that is not ours, whatever separates its words.
+
+    Swapped columns would give numbers that are wrong and look right.
+    """
+    said, wanted = (re.sub(r'[,;\s"]', "", text) for text in (head, "".join(COLUMNS)))
+    if said != wanted:
+        raise DataError(
+            path,
+            "its columns are not those of a table of `track`, or in another order",
+            f"put them in this order, under this head: {','.join(COLUMNS)}",
+            1,
+        )
 
 
 def _ours(path: Path, found: Found) -> tuple[Regions, NDArray]:

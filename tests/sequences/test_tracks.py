@@ -217,6 +217,34 @@ def test_a_damaged_table_of_ours_is_named_with_its_line(
         tracks.read(path, named("walk:9"))
 
 
+def swapped(line):
+    """A line with its second and third field the other way round."""
+    frame, x, y, *rest = line.split(",")
+    return ",".join([frame, y, x, *rest])
+
+
+@pytest.mark.parametrize(
+    "change",
+    [swapped, lambda line: line.replace("deg", "rad"), lambda line: line + ",more"],
+    ids=["other order", "other unit", "one more"],
+)
+def test_a_table_of_other_columns_is_refused_with_ours(change, data, tmp_path):
+    path = tmp_path / "mine.csv"
+    head, rows = ours(path)
+    path.write_text("\n".join(map(change, [head, *rows])))
+    with pytest.raises(DataError, match="mine.csv, line 1: .*columns.*: frame,cx .px"):
+        tracks.read(path, named("walk:9"))
+
+
+@pytest.mark.parametrize("separator", [";", "\t", " ", ", "])
+def test_a_table_of_ours_may_come_back_with_other_separators(separator, data, tmp_path):
+    path = tmp_path / "mine.csv"
+    head, rows = ours(path)
+    path.write_text("\r\n".join([head, *rows]).replace(",", separator))
+    track, clip = tracks.read(path, named("walk:9"))
+    assert np.allclose(track.regions, clip.truth)
+
+
 @pytest.mark.parametrize("nothing", ["nan", "0"])
 def test_a_row_of_ours_may_say_that_nothing_was_found(nothing, data, tmp_path):
     path = tmp_path / "mine.csv"
