@@ -15,8 +15,13 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from mkt import checks
-from mkt.regions import size, wrap_angle
+from mkt.regions import as_regions, size, wrap_angle
 from mkt.types import Array, ArrayLike, NDArray, Region, Regions, Rng
+
+NO_DISTRIBUTION = (
+    "weights must not be negative, NaN, all zero, or none at all; make them of sum 1 "
+    "with `normalised`, from their logarithms"
+)
 
 
 class Particles(NamedTuple):
@@ -194,6 +199,11 @@ def normalised(log_weights: ArrayLike) -> Array:
     -------
     (N,) array
 
+    Raises
+    ------
+    ValueError
+        For none at all.
+
     Examples
     --------
     exp(-2000) is 0 to a computer.
@@ -202,6 +212,8 @@ def normalised(log_weights: ArrayLike) -> Array:
     array([0.25, 0.75])
     """
     log_weights = np.asarray(log_weights, float)
+    if not log_weights.size:
+        raise ValueError("log_weights is empty; give one for each particle")
     top = log_weights.max()
     if not np.isfinite(top):
         return np.full(len(log_weights), 1 / len(log_weights))
@@ -219,16 +231,24 @@ def effective_sample_size(weights: ArrayLike) -> float:
     weights : (N,) array_like
         Of sum 1.
 
+    Raises
+    ------
+    ValueError
+        For weights that are none, all zero, or not finite.
+
     Examples
     --------
     >>> equal, alone = [0.25, 0.25, 0.25, 0.25], [1, 0, 0, 0]
     >>> float(effective_sample_size(equal)), float(effective_sample_size(alone))
     (4.0, 1.0)
     """
-    return 1.0 / np.sum(np.square(weights))
+    squares = np.sum(np.square(weights))
+    if not 0 < squares < np.inf:
+        raise ValueError(NO_DISTRIBUTION)
+    return 1.0 / squares
 
 
-def mean_region(regions: Regions, weights: Array) -> Region:
+def mean_region(regions: ArrayLike, weights: ArrayLike) -> Region:
     """Weighted mean, circular for the orientation and geometric for the size.
 
     [T09] prints the mean after the draw; before the draw the expectation is the same
@@ -236,14 +256,22 @@ def mean_region(regions: Regions, weights: Array) -> Region:
 
     Parameters
     ----------
-    regions : (N, 5) array [px, rad]
-    weights : (N,) array
+    regions : (N, 5) array_like [px, rad]
+    weights : (N,) array_like
         Of sum 1.
 
     Returns
     -------
     (5,) array [px, rad]
+
+    Raises
+    ------
+    ValueError
+        For regions of another shape, and for weights that are no distribution, such as
+        none at all.
     """
+    regions = as_regions(regions)
+    weights = _distribution(weights)
     angle = np.angle(weights @ np.exp(1j * regions[:, 2]))
     sides = np.exp(weights @ np.log(regions[:, 3:]))
     return np.concatenate([weights @ regions[:, :2], [angle], sides])
@@ -407,11 +435,8 @@ def search(weights: ArrayLike, positions: ArrayLike) -> NDArray:
 
 
 def _distribution(weights: ArrayLike) -> Array:
-    """The weights (N,) as an array; ValueError where nothing can be drawn from them."""
+    """The weights (N,) as an array; ValueError where they are no distribution."""
     weights = np.asarray(weights, float)
     if not (weights.size and weights.min() >= 0 and 0 < weights.sum() < np.inf):
-        raise ValueError(
-            "weights must not be negative, nor all zero, nor NaN; make them of sum 1 "
-            "with `normalised`, from their logarithms"
-        )
+        raise ValueError(NO_DISTRIBUTION)
     return weights

@@ -276,7 +276,7 @@ def test_particles_that_all_left_the_image_are_a_lost_target(name):
     "weights", [np.zeros(4), [0.5, np.nan, 0.5], [1.5, -0.5], [], [np.inf, 1]]
 )
 def test_nothing_is_drawn_from_what_is_no_distribution(scheme, weights):
-    said = "weights must not be negative, nor all zero, nor NaN"
+    said = "weights must not be negative, NaN, all zero, or none at all"
     with pytest.raises(ValueError, match=said):
         SCHEMES[scheme](weights, np.random.default_rng(0))
 

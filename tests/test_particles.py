@@ -107,6 +107,30 @@ def test_nothing_is_drawn_from_what_is_no_distribution(bad):
             scheme(bad, np.random.default_rng(0))
 
 
+@pytest.mark.parametrize("bad", [[], [0.0, 0.0], [1.0, -0.1], [np.nan, 1.0], [np.inf]])
+def test_nothing_is_estimated_from_what_is_no_distribution(bad):
+    with pytest.raises(ValueError, match="weights must not be .* none at all; make"):
+        mean_region(np.ones((len(bad), 5)), bad)
+
+
+@pytest.mark.parametrize("bad", [[], [0.0, 0.0], [np.nan, 1.0], [np.inf]])
+def test_weights_that_count_nothing_have_no_effective_sample_size(bad):
+    with pytest.raises(ValueError, match="weights must not be .* none at all; make"):
+        effective_sample_size(bad)
+
+
+def test_no_weights_follow_from_no_logarithms():
+    with pytest.raises(ValueError, match="log_weights is empty; give one for each"):
+        normalised([])
+
+
+def test_the_mean_takes_lists():
+    regions, w = [[1, 2, 0.5, 3, 4], [3, 2, 0.5, 3, 4]], [0.5, 0.5]
+    assert mean_region(regions, w) == pytest.approx([2, 2, 0.5, 3, 4])
+    with pytest.raises(ValueError, match=r"regions must have the shape \(\.\.\., 5\)"):
+        mean_region([[1, 2, 0.5]], [1])
+
+
 @pytest.mark.parametrize("name", SCHEMES)
 @pytest.mark.parametrize("w", [[1, 1, 1], [2, 0.5, 0.5], [0.1, 0.2, 0.1]])
 def test_the_sum_of_the_weights_does_not_matter(name, w):
