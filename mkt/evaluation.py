@@ -22,7 +22,7 @@ import numpy as np
 import shapely
 
 from mkt.checks import check_seed, of_kind
-from mkt.regions import area, corners, from_box, to_box, wrap_angle
+from mkt.regions import HX, area, corners, from_box, to_box, wrap_angle
 from mkt.tracking import Sequence, Track, Tracker, check_tracker, checked_step
 from mkt.types import Array, ArrayLike, NDArray
 
@@ -76,13 +76,15 @@ def overlap(regions: ArrayLike, truth: ArrayLike, upright: bool = False) -> Arra
     Parameters
     ----------
     regions, truth : (..., 5) array_like [px, rad]
+        Beyond 1e9 px nothing is found to overlap.
     upright : bool
         Compare the upright boxes round them, for truths without an orientation.
 
     Returns
     -------
     (...) array in [0, 1]
-        NaN where either is not finite, 0 where neither has an area.
+        NaN where either is not finite or has a negative half axis, 0 where neither has
+        an area.
 
     Examples
     --------
@@ -95,13 +97,14 @@ def overlap(regions: ArrayLike, truth: ArrayLike, upright: bool = False) -> Arra
     found, true = np.asarray(regions, float), np.asarray(truth, float)
     found, true = np.broadcast_arrays(found, true)
     known = np.isfinite(found).all(-1) & np.isfinite(true).all(-1)
+    known &= (np.minimum(found, true)[..., HX:] >= 0).all(-1)  # none is mirrored
     if upright:
         found, true = from_box(to_box(found)), from_box(to_box(true))
     found, true = found[known], true[known]
     a, b = (shapely.polygons(corners(r).clip(-FAR, FAR)) for r in (found, true))
     # Without a grid to snap to, nearly collinear sides may be taken for disjoint ones.
     common = shapely.area(shapely.intersection(a, b, grid_size=SNAP))
-    union = np.abs(area(found)) + np.abs(area(true)) - common
+    union = area(found) + area(true) - common
     shared = np.divide(common, union, out=np.zeros_like(common), where=union > 0)
     result = np.full(known.shape, np.nan)
     result[known] = np.minimum(shared, 1)  # of a millionth of a pixel it is rounded

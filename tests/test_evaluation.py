@@ -375,7 +375,18 @@ def test_what_has_no_area_overlaps_nothing_and_nothing_overlaps_more_than_all():
     point, tiny = [5, 5, 0, 0, 0], [5, 5, 0.3, 1e-6, 1e-6]
     assert overlap(point, point) == 0 and overlap(point, [5, 5, 0, 2, 2]) == 0
     assert 0.9 < overlap(tiny, tiny) <= 1
-    assert 0 <= overlap([50, 50, 0, -10, 10], [50, 50, 0, 10, 10]) <= 1
+
+
+@pytest.mark.parametrize("upright", [False, True])
+def test_a_mirrored_rectangle_is_no_region_to_be_compared(upright):
+    region, turned = [50, 50, 0.3, 10, 10], [50, 50, 0.3, -10, 10]
+    both = [region, turned, [50, 50, 0.3, 10, -10]]
+    for one, other in ((both, region), (region, both)):
+        iou = overlap(one, other, upright)
+        assert iou == pytest.approx([1, np.nan, np.nan], nan_ok=True)
+    truth = np.tile(region, (3, 1))
+    clip = Sequence("made up", range(3), truth, np.ones(3), upright=upright)
+    assert overlaps(both, clip)[1:].tolist() == [0, 0]
 
 
 class Choosy(Drifting):
