@@ -351,6 +351,11 @@ def coefficient(q: ArrayLike, reference: ArrayLike) -> Array:
     -------
     (...) array in [0, 1], up to rounding
 
+    Raises
+    ------
+    ValueError
+        For histograms of different lengths.
+
     Examples
     --------
     All alike, half alike, nothing alike.
@@ -359,7 +364,13 @@ def coefficient(q: ArrayLike, reference: ArrayLike) -> Array:
     >>> coefficient(q, [0.5, 0.5, 0.0]).round(9)
     array([1. , 0.5, 0. ])
     """
-    return np.einsum("...m,...m->...", np.sqrt(q), np.sqrt(reference))
+    roots, others = np.sqrt(q), np.sqrt(reference)
+    if roots.shape[-1:] != others.shape[-1:]:  # or a single bin would fit any number
+        raise ValueError(
+            f"q has the shape {roots.shape} and reference {others.shape}; make both "
+            "with the same bins"
+        )
+    return np.einsum("...m,...m->...", roots, others)
 
 
 def distance(rho: ArrayLike, axis: int | None = None) -> Array:

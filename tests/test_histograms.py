@@ -253,6 +253,13 @@ def test_squared_distance_is_half_the_squared_difference_of_roots():
     assert distance(coefficient(p, q)) ** 2 == pytest.approx(half)
 
 
+@pytest.mark.parametrize("m", [1, 3])
+def test_histograms_of_other_bins_are_not_compared(m):
+    said = rf"q has the shape \(1, 2\) and reference \({m},\); make both with the same"
+    with pytest.raises(ValueError, match=said):
+        coefficient([[0.5, 0.5]], np.full(m, 1 / m))
+
+
 def test_two_threads_do_not_share_their_room():
     rng = np.random.default_rng(0)
     images = [BinImage(rng.integers(0, 9, (60, 80), np.uint8), 9) for _ in range(2)]
