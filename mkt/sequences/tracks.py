@@ -206,7 +206,8 @@ def _mot_regions(path: Path, found: Found, clip: Sequence) -> Regions:
             f"no box in frame {first + mot.FIRST}, with which {found.name} begins",
             "give the rows of the whole sequence",
         )
-    nearest = np.argmax(overlap(boxes[begun], clip.truth[0], upright=True))
+    shared = overlap(boxes[begun], clip.truth[0], upright=True)
+    nearest = np.argmax(np.nan_to_num(shared))  # NaN of a box without a size
     mine = numbers[:, 1] == numbers[begun][nearest, 1]
     remedy = "correct the row, or remove it where nothing was found"
     refuse_no_region(rows.of(mine), boxes[mine], remedy)

@@ -86,6 +86,13 @@ def test_of_several_ids_it_is_the_one_that_begins_on_the_target(data, tmp_path):
     assert np.isnan(track.regions[2:]).all() and track.lost.tolist() == [0, 0, 1, 1]
 
 
+def test_a_box_of_another_id_without_a_size_is_not_the_target(data, tmp_path):
+    rows = mot(1, data[1:2] * [1, 1, -1, 1], 2) + mot(2, data[1:3], 2)
+    write(tmp_path / "found.txt", rows)
+    track, clip = tracks.read(tmp_path / "found.txt", named("walk:9"))
+    assert np.allclose(track.regions[:2], clip.truth[:2])
+
+
 @pytest.mark.parametrize("ending", [".csv", ".txt"])
 def test_what_we_write_is_read_again(data, tmp_path, ending):
     found = named("walk:9")
