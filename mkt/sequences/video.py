@@ -131,6 +131,8 @@ class VideoFile(Frames):
     ------
     DataError
         No such file, not a video, grey, or cut short.
+    OSError
+        Where it may not be read.
     """
 
     def __init__(self, path: str | os.PathLike):
@@ -152,6 +154,8 @@ class VideoFile(Frames):
         self._capture = cv2.VideoCapture(str(self.path), cv2.CAP_FFMPEG)
         self._next = 0
         if not self._capture.isOpened():
+            with self.path.open("rb"):  # raises what the system says, if it refuses
+                pass
             raise DataError(
                 self.path,
                 "not a video, or cut short",

@@ -5,6 +5,7 @@ import itertools
 import pickle
 import weakref
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -169,6 +170,18 @@ def test_bad_videos(tmp_path):
         VideoFile(cut)
     with refused("grey.mkv", "grey", "ffmpeg"):
         VideoFile(write_video(tmp_path / "grey.mkv", 3, color=False))
+
+
+def test_a_video_that_may_not_be_read_is_not_called_damaged(tmp_path, monkeypatch):
+    """Root may read everything: the system is played."""
+    path = write_rows(tmp_path / "mine.mp4", "what OpenCV may not read, either")
+
+    def forbidden(self, *_):
+        raise PermissionError(13, "Permission denied", str(self))
+
+    monkeypatch.setattr(Path, "open", forbidden)
+    with pytest.raises(PermissionError, match="Permission denied: .*mine.mp4"):
+        VideoFile(path)
 
 
 def test_bad_folders_and_images(tmp_path):
