@@ -219,7 +219,8 @@ class DataError(ValueError):
 def written_path(path: str | os.PathLike) -> Path:
     """A path as somebody wrote it, with ~ for the home folder, as a `Path`.
 
-    It may come in quotes or with blanks round it, as Windows copies it.
+    It may come in quotes or with blanks round it, as Windows copies it.  What is there
+    under the very name is meant by it.
 
     Raises
     ------
@@ -233,6 +234,9 @@ def written_path(path: str | os.PathLike) -> Path:
         shown = ascii(os.fspath(path)).strip("'")
         remedy = "rename it, or choose a locale of UTF-8"
         raise DataError(shown, "the name is not UTF-8", remedy) from None
+    # Path.exists would raise for a name that no file can have.
+    if os.path.exists(path):  # noqa: PTH110
+        return Path(path)
     if isinstance(path, str):
         path = path.strip().strip("\"'") or path
     if not os.fspath(path):  # else it would be the folder that one is in

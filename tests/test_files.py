@@ -5,6 +5,7 @@ import signal
 import stat
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -78,6 +79,18 @@ def test_a_drive_that_cannot_flush_folders_is_good_enough(tmp_path, monkeypatch)
     with whole(tmp_path / "a.txt") as half:
         half.write_text("new")
     assert (tmp_path / "a.txt").read_text() == "new"
+
+
+@pytest.mark.skipif(not POSIX, reason="Windows has no such names")
+@pytest.mark.parametrize("name", [" lead.mkv", "trail.mkv ", "'q'", '"', "~tilde.mkv"])
+def test_a_name_that_is_there_is_taken_as_it_is(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(DataError, match="no such"):
+        existing_file(name)
+    Path(name).touch()
+    assert existing_file(name) == Path(name)
+    Path("plain.mkv").touch()
+    assert existing_file(" 'plain.mkv' ") == Path("plain.mkv")
 
 
 def test_existing_paths_may_begin_at_home(tmp_path, monkeypatch):

@@ -364,6 +364,18 @@ def test_a_second_run_takes_the_next_name(file, box, tmp_path, monkeypatch, caps
     assert first == second
 
 
+@pytest.mark.parametrize("name", ["~car.mkv", "~nobody.mkv", "~.mkv"])
+def test_a_film_whose_name_looks_like_a_home_is_followed_here(
+    name, file, box, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_bytes(file.read_bytes())
+    assert run(name) == 2
+    assert run(name, "--box", box, "--tracker", "ssd") == 0
+    written = capsys.readouterr().out.split()
+    assert len(written) == 3 and all((tmp_path / one).is_file() for one in written)
+
+
 def test_a_place_that_cannot_be_written_is_named(file, box, tmp_path, monkeypatch):
     def nowhere(*_):
         raise OSError("x.avi: cannot be written; is the folder writable?")

@@ -252,4 +252,5 @@ def _output(args, source: str) -> Path:
     else:
         tracker = args.tracker.replace(":", "_")  # no name of a file on Windows
         name = f"{Path(source).resolve().stem}-{tracker}"
+    name = name.lstrip("~")  # which would be a home
     return checked_output(args.output or free(Path(f"{name}.webm")), source)
