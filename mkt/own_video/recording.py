@@ -152,7 +152,7 @@ class Recorder:
                     settings.save(chosen)
                 if film:
                     size = clip.frames[0].shape[1::-1]
-                    writer = video_writer(output, size, clip.fps)
+                    writer = video_writer(self._output, size, clip.fps)
                     self._film = opened.enter_context(writer)
                 self._files = opened.pop_all()
             failed.pop_all()

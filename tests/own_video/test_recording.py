@@ -460,6 +460,13 @@ def record(tracker, length, output):
     return recording.record(tracker, still_clip(length), output, settings=CHOSEN)
 
 
+def test_a_program_may_write_film_and_table_at_home(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    record(Still(), 3, Path("~/x.avi"))
+    assert {path.name for path in contents(tmp_path)} == {"x.avi", "x.csv", "x.json"}
+
+
 def test_nothing_is_accumulated(tmp_path, monkeypatch):
     tracker = Still()
     alive = []
