@@ -125,6 +125,14 @@ def test_every_command_explains_itself_with_examples(command, capsys):
     assert f"examples:\n  python3 -m mkt {command}" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("command", ["figure", "bench", "claims"])
+def test_a_command_that_replaces_a_file_says_so(command, capsys):
+    with pytest.raises(SystemExit):
+        cli.parse([command, "--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "a file that is there is replaced" in said
+
+
 @pytest.mark.parametrize(
     "words, said",
     [

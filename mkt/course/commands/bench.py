@@ -119,14 +119,15 @@ def _add_files(add_argument: Callable) -> None:
         type=Path,
         metavar="FOLDER",
         help="also write what each run found, frame by frame: a table (.csv), and "
-        "MOT's rows (.txt)",
+        "MOT's rows (.txt); files that are there are replaced",
     )
     add_argument(
         "-o",
         "--output",
         type=Path,
         metavar="FILE",
-        help="also write a row for each run (.csv), or the tables (.md)",
+        help="also write a row for each run (.csv), or the tables (.md); a file that "
+        "is there is replaced",
     )
 
 

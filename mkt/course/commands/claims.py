@@ -48,7 +48,8 @@ def add(commands: Commands) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help="also write the verdicts into this CSV file, a row for each line",
+        help="also write the verdicts into this CSV file, a row for each line; a file "
+        "that is there is replaced",
     )
 
 

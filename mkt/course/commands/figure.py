@@ -51,7 +51,8 @@ def _add_words(add_argument: Callable) -> None:
         type=Path,
         metavar="FILE",
         help="file to write: .png, .pdf, .svg, .csv for a table of what it shows, or "
-        ".gif where it has a slider frame; with --all a folder",
+        ".gif where it has a slider frame; with --all a folder; a file that is there "
+        "is replaced",
     )
     add_argument(
         "--set",
