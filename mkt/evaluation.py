@@ -129,7 +129,8 @@ def errors(regions: ArrayLike, truth: ArrayLike) -> Errors:
 def scored_frames(clip: Sequence) -> NDArray:
     """Which frames of a clip count, (T,) bool: after frame 0, if the target is seen.
 
-    That is where enough of it is visible, and its true region is known.
+    That is where its true region is known, and nothing says that too little of it is
+    visible.
     """
     scored = _seen(clip)
     scored[0] = False
@@ -137,7 +138,8 @@ def scored_frames(clip: Sequence) -> NDArray:
 
 
 def _seen(clip: Sequence) -> NDArray:
-    return (clip.visibility > SEEN) & np.isfinite(clip.truth).all(-1)
+    hidden = clip.visibility <= SEEN  # NaN says nothing
+    return ~hidden & np.isfinite(clip.truth).all(-1)
 
 
 def overlaps(regions: ArrayLike, clip: Sequence) -> Array:

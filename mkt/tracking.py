@@ -75,7 +75,8 @@ class Sequence:
     truth : (T, 5) array [px, rad]
         Regions, NaN where nothing is known.
     visibility : (T,) array
-        The visible fraction of the target in [0, 1], NaN where nothing is known.
+        The visible fraction of the target in [0, 1], NaN where nothing is known: a
+        target whose region is known counts as seen there.
     source : str
         Where it comes from, for captions: "synthetic", or origin and licence.
     upright : bool

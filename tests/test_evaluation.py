@@ -389,6 +389,16 @@ def test_a_mirrored_rectangle_is_no_region_to_be_compared(upright):
     assert overlaps(both, clip)[1:].tolist() == [0, 0]
 
 
+def test_a_target_whose_region_is_known_is_seen_unless_it_is_said_to_be_hidden():
+    truth = from_box(np.tile([100.0, 100, 20, 20], (6, 1)))
+    truth[5] = np.nan
+    visibility = np.array([np.nan, np.nan, 0, np.nan, 1, np.nan])
+    clip = Sequence("made up", range(6), truth, visibility)
+    assert scored_frames(clip).tolist() == [False, True, False, True, True, False]
+    assert evaluate(tracked(truth), clip)["hits"] == 1
+    assert restarted(Drifting((0.0, 0.0)), clip).starts == [0]
+
+
 class Choosy(Drifting):
     """Takes no target to the left of x = 50."""
 
