@@ -37,7 +37,7 @@ class Tracker(Protocol):
     The info of a step is a dict that `report` makes, with these keys:
 
     ===========  ==================================================================
-    region       (5,) the estimate [px, rad]
+    region       (5,) the estimate [px, rad]; its angle may be whole turns off
     distance     d_m of the estimate to what was learnt, in [0, 1]; NaN where a
                  tracker has none
     score        exp(-20 distance^2), its likelihood as [T09] prints it; the same
@@ -145,6 +145,10 @@ class Track(NamedTuple):
     Attributes
     ----------
     regions : (T, 5) array [px, rad]
+        An angle may be whole turns away from that of the frame before, or of the truth:
+        some trackers wrap it into [-pi, pi], others count on.  Compare angles by
+        `mkt.regions.wrap_angle` of their difference, as `mkt.evaluation.errors` does;
+        ``np.unwrap`` makes a curve of them.
     score : (T,) array
         Likelihoods of the estimates, 1 in frame 0.
     lost : (T,) bool array
