@@ -75,12 +75,12 @@ def twist(
 
     Parameters
     ----------
-    e : (4,) array
-        The error of the features.
-    L : (4, 6) array
-        Their interaction matrix.
+    e : (n,) array
+        The error of the features, of which there are no more than axes.
+    L : (n, 6) array
+        Their interaction matrix, whose rows must be independent.
     gain : float [1/s] or AdaptiveGain
-    de_dt : (4,) array or float [1/s]
+    de_dt : (n,) array or float [1/s]
         The estimate of what the target does by itself.
     dof : int
         6, with the pseudo-inverse of minimum norm, which shares a motion along y
@@ -93,11 +93,13 @@ def twist(
     Raises
     ------
     ValueError
-        For another dof, for anything that is not finite, and where L is singular.
+        For another dof, for an L that does not fit, for anything that is not finite,
+        and where L is singular.
     """
     if dof not in AXES:
         raise ValueError(f"dof is {dof}; it must be 6, or 4 for vx, vy, vz, wz")
     axes = list(AXES[dof])
+    _check_fit(L, e, dof)
     if not all(np.isfinite(given).all() for given in (e, L, de_dt)):
         raise ValueError(
             f"the error {in_words(e)}, its interaction matrix or its estimated rate "
@@ -117,6 +119,20 @@ def twist(
             "free more axes, or choose other features"
         )
     return v
+
+
+def _check_fit(L: Array, e: Array, dof: int) -> None:
+    """Refuse an interaction matrix of other features, or of more than can be moved."""
+    if np.shape(L) != (*np.shape(e), 6):
+        raise ValueError(
+            f"L has the shape {np.shape(L)}; for {np.size(e)} features it is "
+            f"{np.size(e), 6}, a row for each and a column for each axis of the twist"
+        )
+    if len(L) > dof:
+        raise ValueError(
+            f"L has {len(L)} rows, one for each feature, which are more than the "
+            f"{dof} axes; leave features out"
+        )
 
 
 def _least_solution(J: Array, wanted: Array) -> Array:

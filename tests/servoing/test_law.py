@@ -54,6 +54,37 @@ def test_bad_input_is_named(problem, call):
 
 
 @pytest.mark.parametrize(
+    "n, columns, dof, said",
+    [
+        (
+            8,
+            6,
+            6,
+            "L has 8 rows, .* more than the 6 axes; leave features out",
+        ),
+        (
+            5,
+            6,
+            4,
+            "L has 5 rows, .* more than the 4 axes; leave features out",
+        ),
+        (4, 4, 6, r"L has the shape \(4, 4\); .* 4 features it is \(4, 6\)"),
+        (4, 4, 4, r"L has the shape \(4, 4\); .* 4 features it is \(4, 6\)"),
+    ],
+)
+def test_an_interaction_matrix_that_does_not_fit_is_told_how(n, columns, dof, said):
+    e, L = np.ones(n), np.random.default_rng(0).standard_normal((n, columns))
+    with pytest.raises(ValueError, match=said):
+        twist(e, L, 1.0, dof=dof)
+
+
+@pytest.mark.parametrize("n, dof", [(2, 6), (2, 4), (6, 6), (1, 4)])
+def test_fewer_features_or_as_many_as_axes_are_controlled_too(n, dof):
+    e, J = np.ones(n), np.random.default_rng(0).standard_normal((n, 6))
+    np.testing.assert_allclose(J @ twist(e, J, 2.0, dof=dof), -2 * e)
+
+
+@pytest.mark.parametrize(
     "near, far, slope, said",
     [
         (1.0, 1.0, 4.0, "near > far"),
