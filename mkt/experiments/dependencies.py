@@ -1,8 +1,9 @@
 """Which code a result depends on.
 
-`code_of` names it: the files of the package that can be reached from a tracker or a
-source by its imports.  Comments, docstrings and layout are no part of it, nor are
-figures and pages, which trackers do not import.
+`code_of` names it: the files of the package, and those of the user's own, that can be
+reached from a tracker or a source by its imports.  Comments, docstrings and layout are
+no part of it, nor are figures and pages, which trackers do not import.  What cannot be
+seen from here is listed in RESEARCH.md, under sweeps.
 
 Reading order: `code_of`, `homes`, `reachable`, `imported`.
 """
@@ -13,10 +14,12 @@ import hashlib
 import importlib.metadata
 import inspect
 import sys
+import sysconfig
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -125,7 +128,7 @@ def versions() -> list[str]:
 @functools.lru_cache(maxsize=512)
 def stripped(path: Path) -> str:
     """The code of a file without comments, docstrings and layout."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = ast.parse(path.read_bytes())
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list) and body and _is_text(body[0]):
@@ -163,9 +166,10 @@ def reachable(
 def imported(path: Path) -> list[Path]:
     """The files of the package that a file imports, anywhere in it.
 
-    For a file from elsewhere, which a user wrote, also the files beside it.
+    For a file from elsewhere, which a user wrote, also the user's others: those beside
+    it, and those that Python finds in further folders.
     """
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = ast.parse(path.read_bytes())
     files: list[Path] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Registry":
@@ -175,7 +179,7 @@ def imported(path: Path) -> list[Path]:
     for name in names_in(tree):
         files += files_of(name)
         if PACKAGE not in path.parents:
-            files += _files_beside(path, name)
+            files += [*_files_beside(path, name), *_files_elsewhere(name)]
     return files
 
 
@@ -228,6 +232,35 @@ def _files_beside(path: Path, name: str) -> list[Path]:
     while (folders[-1] / "__init__.py").is_file():
         folders.append(folders[-1].parent)
     return [file for folder in folders for file in _files_in(folder, name)]
+
+
+def _files_elsewhere(name: str) -> list[Path]:
+    """Those that Python finds for a dotted name, but its own and installed ones.
+
+    Nothing is imported for this.
+    """
+    first = name.partition(".")[0]
+    spec = None
+    if first != PACKAGE.name:  # `files_of` has these
+        with suppress(ValueError):  # of an empty name, or a module that has no spec
+            spec = find_spec(first)
+    if spec is None:
+        return []
+    places = spec.submodule_search_locations or [spec.origin] * spec.has_location
+    folders = [Path(str(place)).parent for place in places]
+    return [
+        file
+        for folder in folders
+        if not _is_installed(folder)
+        for file in _files_in(folder, name)
+    ]
+
+
+def _is_installed(folder: Path) -> bool:
+    """Whether modules of Python itself lie there, or of packages that pip brought."""
+    known = {"site-packages", "dist-packages"}
+    python = sysconfig.get_path("stdlib")
+    return folder.is_relative_to(python) or not known.isdisjoint(folder.parts)
 
 
 def _files_in(folder: Path, name: str) -> list[Path]:

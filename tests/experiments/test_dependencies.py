@@ -77,6 +77,47 @@ def test_a_tracker_of_ones_own_depends_on_what_it_uses(code, reached, tmp_path):
     assert folder / "other.py" not in found and PACKAGE / "plotting.py" not in found
 
 
+@pytest.mark.parametrize(
+    "code, reached",
+    [
+        ("import helper", "helper.py"),
+        ("from helper import ONE", "helper.py"),
+        ("def later():\n    import helper", "helper.py"),
+        ("import kit.tools", "kit/tools.py"),
+        ("import kit.tools", "kit/__init__.py"),
+        ("from kit import tools", "kit/tools.py"),
+        ("from spread_out import part", "spread_out/part.py"),
+        ("import kit", "helper.py"),
+    ],
+)
+def test_a_tracker_of_ones_own_depends_on_other_folders_too(
+    code, reached, tmp_path, monkeypatch
+):
+    mine, theirs = tmp_path / "mine", tmp_path / "theirs"
+    for folder in (mine, theirs / "kit", theirs / "spread_out"):
+        folder.mkdir(parents=True)
+    (theirs / "kit" / "__init__.py").write_text("import helper")
+    for name in ("helper", "other", "kit/tools", "spread_out/part"):
+        (theirs / f"{name}.py").write_text("ONE = 1")
+    (mine / "tracker.py").write_text(f"{code}\n")
+    monkeypatch.syspath_prepend(theirs)
+    found = dependencies.reachable([mine / "tracker.py"])
+    assert theirs / reached in found and theirs / "other.py" not in found
+
+
+def test_python_s_own_modules_and_installed_ones_count_by_their_versions(tmp_path):
+    path = tmp_path / "tracker.py"
+    path.write_text("import json, os, cv2, numpy.linalg, __main__, helper_of_nobody")
+    assert dependencies.reachable([path]) == [path]
+
+
+def test_a_file_of_ones_own_may_be_written_in_any_encoding_that_python_reads(tmp_path):
+    path = tmp_path / "tracker.py"
+    path.write_text("# coding: latin-1\nname = 'Düne'\n", encoding="latin-1")
+    assert dependencies.reachable([path]) == [path]
+    assert "Düne" in dependencies.stripped(path)
+
+
 REWRITTEN = """
 import importlib, os, sys, time
 import numpy, mkt
