@@ -25,6 +25,7 @@ from typing import Any
 
 import mkt
 from mkt.files import PACKAGE
+from mkt.scenes import SCENES
 
 NUMERICAL = (
     "numpy",
@@ -80,24 +81,48 @@ def _parts(things: Iterable[Any]) -> Iterator[Any]:
     for thing in things:
         yield thing
         for part in _parts(_inside(thing)):
-            if is_dataclass(type(part)) or callable(part):
+            if is_dataclass(type(part)) or callable(part) or inspect.ismodule(part):
                 yield part
 
 
 def _inside(thing: Any) -> Iterable[Any]:
     """The fields of a dataclass, and what a partial, a tuple, a list or a dict holds.
 
-    Nothing of a source that says itself what identifies it.
+    A field that names a scene of the user's own stands for its code too.  Nothing of a
+    source that says itself what identifies it.
     """
     if hasattr(thing, "identity"):
         return ()
     if isinstance(thing, functools.partial):
         return [thing.func, *thing.args, *thing.keywords.values()]
     if is_dataclass(type(thing)):
-        return [getattr(thing, field.name) for field in fields(thing)]
+        values = [getattr(thing, field.name) for field in fields(thing)]
+        return [*values, *_scenes(values)]
     if isinstance(thing, dict):
         return thing.values()
     return thing if isinstance(thing, tuple | list) else ()
+
+
+def _scenes(names: Iterable[Any]) -> Iterator[Any]:
+    """The modules of those of the user's own scenes that are called so.
+
+    Or what else was registered, where it is no function of a module.
+    """
+    own = own_scenes()
+    for name in names:
+        if isinstance(name, str) and name in own:
+            function = inspect.unwrap(own[name])
+            module = inspect.getmodule(function)
+            yield module if module and inspect.isfunction(function) else function
+
+
+def own_scenes() -> dict[str, Any]:
+    """The scenes that the user has registered, by name."""
+    return {
+        name: scene
+        for name, scene in SCENES.items()
+        if str(scene.__module__).partition(".")[0] != PACKAGE.name
+    }
 
 
 @functools.lru_cache(maxsize=256)

@@ -1,6 +1,7 @@
 """The code that a result depends on: all that it reaches, and nothing else."""
 
 import functools
+import importlib
 import subprocess
 import sys
 import textwrap
@@ -195,6 +196,49 @@ def test_every_package_that_numbers_depend_on_is_part_of_the_key():
     packages = {p for name in used for p in known.get(name.partition(".")[0], ())}
     versions = {line.split()[0] for line in dependencies.versions()}
     assert {"python", "scikit-image", *packages} - {"mkt"} <= versions
+
+
+OWN_SCENE = """
+from functools import partial, wraps
+from mkt.scenes import SCENES
+
+def same(function):
+    return wraps(function)(lambda *words: function(*words))
+
+@SCENES.register("mine")
+def mine(seed, item, ground):
+    return SCENES["base"](seed, item, ground)
+
+SCENES.add("wrapped", same(mine))
+SCENES.add("partly", partial(mine, ground="grass"))
+"""
+
+
+@pytest.fixture
+def own_scene(tmp_path, monkeypatch):
+    """The file of a scene of the user's own, which has been imported."""
+    monkeypatch.setattr(SCENES, "_entries", dict(SCENES))
+    monkeypatch.syspath_prepend(tmp_path)
+    path = tmp_path / "scene_of_mine.py"
+    path.write_text(OWN_SCENE)
+    importlib.import_module("scene_of_mine")
+    yield path
+    del sys.modules["scene_of_mine"]
+
+
+def test_a_scene_of_ones_own_counts_with_its_code_and_others_do_not(own_scene):
+    drawn = PACKAGE / "scenes" / "drawn.py"
+    assert set(dependencies.homes(Drawn("mine", 1))) == {own_scene, drawn}
+    assert own_scene in dependencies.homes(Drawn("wrapped", 1))
+    assert dependencies.homes(Drawn("base", 1)) == (drawn,)
+
+
+def test_a_scene_whose_code_cannot_be_found_is_not_kept(own_scene):
+    for name, space in (("noted", {"__name__": "nowhere"}), ("nameless", {})):
+        exec("def scene(seed, item, ground): pass", space)
+        SCENES.add(name, space["scene"])
+        assert dependencies.code_of(Drawn(name)) is None
+    assert dependencies.code_of(Drawn("partly")) is None
 
 
 def test_what_was_written_in_a_notebook_is_not_kept():
