@@ -1,7 +1,14 @@
 """Work in several processes, by joblib."""
 
-from collections.abc import Callable, Iterable, Iterator
+import copy
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any
+
+from mkt.experiments.dependencies import own_scenes
+from mkt.scenes import SCENES
+
+SENT: dict[str, Any] = {}  # the user's own scenes, as the last work brought them
 
 
 def spread(
@@ -12,6 +19,8 @@ def spread(
     in_order: bool = True,
 ) -> Iterator[Any]:
     """What a function returns for each tuple of arguments, as it comes.
+
+    The processes know the scenes of the user's own that are registered here.
 
     Parameters
     ----------
@@ -30,5 +39,40 @@ def spread(
     from joblib import Parallel, delayed
 
     kind = "generator" if in_order else "generator_unordered"
-    calls = (delayed(function)(*each) for each in arguments)
+    own = own_scenes()
+    calls = (delayed(_called)(own, function, *each) for each in arguments)
     yield from Parallel(n_jobs=processes, return_as=kind)(calls)
+
+
+def _called(
+    own: Mapping[str, Any], function: Callable[..., Any], *arguments: Any
+) -> Any:
+    """What a function returns, in a process that may never have run the user's file.
+
+    An error that could not be put together again where it arrives, which breaks all
+    processes, comes as a RuntimeError of its words.
+    """
+    SENT.update(own)
+    for name in own:
+        if name not in SCENES:
+            SCENES.add(name, partial(_sent, name))
+    try:
+        return function(*arguments)
+    except Exception as error:
+        if _can_be_sent(error):
+            raise
+        raise RuntimeError(f"{type(error).__name__}: {error}") from error
+
+
+def _sent(name: str, *words: Any, **more: Any) -> Any:
+    """A scene of the user's own; an earlier program may have sent another one."""
+    return SENT[name](*words, **more)
+
+
+def _can_be_sent(error: Exception) -> bool:
+    """Whether it is put together from its arguments, as a copy is too."""
+    try:
+        copy.copy(error)
+    except Exception:  # whatever its class raises
+        return False
+    return True
