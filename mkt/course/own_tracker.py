@@ -7,6 +7,7 @@ to import a module is to run it.
 
 import importlib
 import inspect
+import re
 import traceback
 from dataclasses import is_dataclass
 from pathlib import Path
@@ -24,6 +25,8 @@ WANTED = (
     "a tracker is a frozen dataclass with the methods init and step, whose fields all "
     "have a default; CONTRIBUTING.md describes it"
 )
+
+Place = tuple[str, int | None]  # a file and a line of it
 
 
 def enter(name: str) -> str:
@@ -111,9 +114,20 @@ def failed(error: Exception) -> DataError | None:
     """
     own = [made for name, made in by_name.TRACKERS.items() if ":" in name]
     files = {inspect.getfile(type(tracker)) for tracker in own}
-    stack = traceback.extract_tb(error.__traceback__)
-    theirs = [(f.filename, f.lineno) for f in stack if f.filename in files]
+    theirs = [at for at in way_to(error) if at[0] in files]
     return _told(error, theirs[-1]) if theirs else None
+
+
+def way_to(error: BaseException) -> list[Place]:
+    """Files and lines on the way to an error, the innermost last.
+
+    Of an error in a process that joblib has started they are those there, which come
+    back as text.
+    """
+    if type(error.__cause__).__name__ == "_RemoteTraceback":
+        places = re.findall(r'File "(.+)", line (\d+)', str(error.__cause__))
+        return [(file, int(line)) for file, line in places]
+    return [(f.filename, f.lineno) for f in traceback.extract_tb(error.__traceback__)]
 
 
 def _mistake(error: Exception) -> DataError | None:
@@ -122,18 +136,17 @@ def _mistake(error: Exception) -> DataError | None:
     return _told(error, place) if place else None
 
 
-def _told(error: Exception, place: tuple[str, int | None]) -> DataError:
+def _told(error: Exception, place: Place) -> DataError:
     notes = getattr(error, "__notes__", ())  # they stand below
     what = traceback.format_exception_only(error)[-1 - len(notes)].strip()
     return DataError(place[0], what, "correct it there, and run this again", place[1])
 
 
-def _place(error: Exception) -> tuple[str, int | None] | None:
+def _place(error: Exception) -> Place | None:
     """File and line of the user's in which something failed."""
     if isinstance(error, SyntaxError) and error.filename:
         return error.filename, error.lineno
-    stack = traceback.extract_tb(error.__traceback__)
-    theirs = [(f.filename, f.lineno) for f in stack if not _on_the_way(f.filename)]
+    theirs = [at for at in way_to(error) if not _on_the_way(at[0])]
     # Below the first one's folder are packages that it calls: not what is to be mended.
     near = [at for at in theirs if Path(at[0]).parent == Path(theirs[0][0]).parent]
     return near[-1] if near else None

@@ -4,6 +4,7 @@ import sys
 from functools import partial
 
 import pytest
+from joblib.externals.loky import get_reusable_executor
 
 from mkt.course import cli, own_tracker
 from mkt.experiments import leaderboard
@@ -171,6 +172,74 @@ def test_a_slip_has_its_line_and_what_was_found_before_it_is_named(own):
     assert note.startswith(
         f"Of {len(rows) - 1} frames, what could be written is in a.csv, a.json; move"
     )
+
+
+FAILING = """
+from dataclasses import dataclass
+from mkt import report
+
+class Odd(Exception):
+    def __init__(self, one, two):
+        super().__init__(one + two)
+
+@dataclass(frozen=True)
+class Failing:
+    def init(self, frame, region, rng):
+        return region, 0
+
+    def step(self, state, frame, rng):
+        region, k = state
+        if k == 3:
+            {}
+        return (region, k + 1), report(region, 0.1, False, 1)
+"""
+
+
+@pytest.fixture
+def failing(own, monkeypatch):
+    """A function that writes a tracker which fails in its fourth step, anew each time.
+
+    The processes for it start after it has been written.
+    """
+    monkeypatch.delenv("MKT_DATA", raising=False)
+
+    def write(how):
+        (own / "mistaken.py").write_text(FAILING.format(how))
+        get_reusable_executor().shutdown()
+
+    yield write
+    get_reusable_executor().shutdown()
+
+
+BOARD = ("bench", "tracking", "--seeds", "1000:1001", "mistaken:Failing")
+FIGURE = ("figure", "own.run", "-o", "x.png", "--tracker", "mistaken:Failing")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "words, how, said",
+    [
+        (BOARD, "1 / 0", "ZeroDivisionError: division by zero"),
+        (BOARD, "raise ValueError('mine')", "ValueError: mine"),
+        (BOARD, "raise Odd('o', 'dd')", "RuntimeError: Odd: odd"),
+        (FIGURE, "1 / 0", "ZeroDivisionError: division by zero"),
+        (FIGURE, "report([1])", "TypeError: report.. missing 3"),
+    ],
+    ids=["board", "board, value", "board, odd", "figure", "figure, type"],
+)
+def test_what_fails_in_another_process_or_a_figure_has_its_line_too(
+    failing, words, how, said
+):
+    failing(how)
+    with pytest.raises(SystemExit, match=f"mistaken.py, line 17: {said}.*correct it"):
+        run(*words)
+
+
+@pytest.mark.slow
+def test_what_the_library_refuses_in_another_process_is_a_sentence(failing):
+    failing("report([1, 2, 3, 4, float('nan')], 0.1, False, 1)")
+    with pytest.raises(SystemExit, match="^mkt bench: the estimate .* is not finite"):
+        run(*BOARD)
 
 
 def test_its_name_makes_the_name_of_a_file(own, capsys):
