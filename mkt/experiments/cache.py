@@ -17,14 +17,15 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import platformdirs
+from tqdm import tqdm
 
-from mkt.files import ROOT, is_clone, named, whole
+from mkt.files import ROOT, is_clone, whole
 
 SEAL = 16  # bytes
 MOST = 2e9  # bytes of a shelf; beyond it, what is unused for longest is removed
@@ -171,14 +172,20 @@ class Shelf:
         return self._read(data) if seal == _seal(key, data) else None
 
     def put(self, key: str, result: Any) -> None:
-        """Keep a result under a key.  Raises OSError, as on a full disk."""
+        """Keep a result under a key.
+
+        Where the folder cannot be written, or is full, a line says so once: who has a
+        result can do without its being kept.
+        """
         place = self.place(key)
         data = self._write(result)
-        with named(place):
+        try:
             place.parent.mkdir(parents=True, exist_ok=True)
-        with whole(place) as half:
-            half.write_bytes(_seal(key, data) + data)
-        self._tidy(place.parent)
+            with whole(place) as half:
+                half.write_bytes(_seal(key, data) + data)
+            self._tidy(place.parent)
+        except OSError as error:
+            _not_kept(folder(), _reason(error))
 
     def kept(self, key: str, make: Callable[[], Any]) -> Any:
         """The result under a key, made and kept where there is none."""
@@ -200,6 +207,22 @@ class Shelf:
                 return
             total -= size
             path.unlink(missing_ok=True)
+
+
+@cache
+def _not_kept(place: Path, why: str) -> None:
+    """Say once in a program, and not among the signs of a bar, that nothing is kept."""
+    line = (
+        f"{place} cannot be written ({why}), so that what is computed now is computed "
+        "again the next time; let MKT_CACHE name another folder"
+    )
+    tqdm.write(line, file=sys.stderr)
+
+
+def _reason(error: OSError) -> str:
+    """What the system said, without what `mkt.files.named` has told round it."""
+    cause = error.__cause__ or error
+    return getattr(cause, "strerror", None) or str(cause)
 
 
 def _files(place: Path) -> Iterator[tuple[float, int, Path]]:

@@ -226,8 +226,6 @@ def sweep(
     ------
     ValueError
         For a parameter that has the name of another column.
-    OSError
-        When a row cannot be kept, as on a full disk; those before it are.
     """
     jobs = list(jobs)
     names = [parameters] if isinstance(parameters, str) else list(parameters)

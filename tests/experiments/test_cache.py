@@ -1,8 +1,10 @@
 """What is kept: whole, healed where it is damaged, and known by all it depends on."""
 
+import errno
 import json
 import os
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -162,3 +164,25 @@ def test_what_cannot_be_touched_can_be_read(monkeypatch):
     TEXT.put("a", 1)
     monkeypatch.setattr(os, "utime", refuse)
     assert TEXT.get("a") == 1
+
+
+def test_what_cannot_be_kept_is_made_all_the_same_and_said_once(kept, capsys):
+    kept.write_text("no folder")
+    assert TEXT.kept("a", lambda: "new") == "new" and TEXT.get("a") is None
+    ARRAYS.put("a", {"x": np.arange(3)})
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"{kept} cannot be written (")
+    assert "let MKT_CACHE name another folder" in line and "room" not in line
+
+
+def test_why_it_cannot_be_kept_is_said_in_the_words_of_the_system(
+    kept, monkeypatch, capsys
+):
+    def refuse(*_, **__):
+        raise PermissionError(errno.EACCES, "Permission denied", "a.json")
+
+    kept.mkdir()
+    monkeypatch.setattr(Path, "write_bytes", refuse)
+    TEXT.put("a", 1)
+    assert f"{kept} cannot be written (Permission denied), " in capsys.readouterr().err
+    assert TEXT.get("a") is None
