@@ -162,7 +162,8 @@ def recorded(
     if starts:
         data += (
             f" {len(sources)} parts of them, at most {LONGEST} frames long: each "
-            f"sequence from {starts} frames forwards, and from {starts} backwards."
+            f"sequence from {counted(starts, 'frame')} forwards, and from {starts} "
+            "backwards."
         )
         rows[["start", "way"]] = [(job.source.start, job.source.way) for job in jobs]
     return [Board(titles, data, rows, "source", jobs)], troubles
@@ -208,13 +209,19 @@ def synthetic(
 
 def _drawn_board(rows: pd.DataFrame) -> Board:
     pairs = rows[["item", "ground"]].drop_duplicates()
+    kinds = rows["source"].unique()
     data = (
-        f"Drawn scenes whose truth is exact, of {rows['source'].nunique()} kinds: "
-        f"{', '.join(rows['source'].unique())}. Of each kind "
-        f"{rows['seed'].nunique()} scenes, of {len(pairs)} pairs of object and ground, "
-        "each on a path of its own."
+        f"Drawn scenes whose truth is exact, of {counted(len(kinds), 'kind')}: "
+        f"{', '.join(kinds)}. Of each kind {counted(rows['seed'].nunique(), 'scene')}, "
+        f"of {counted(len(pairs), 'pair')} of object and ground, each on a path of its "
+        "own."
     )
     return Board("Drawn scenes", data, rows, "seed")
+
+
+def counted(n: int, thing: str) -> str:
+    """A number with the word for what is counted, "1 scene" or "2 scenes"."""
+    return f"{n} {thing}" if n == 1 else f"{n} {thing}s"
 
 
 def shipped() -> list[Board]:

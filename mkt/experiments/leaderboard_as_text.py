@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from tabulate import tabulate
 
-from mkt.experiments.leaderboard import Board, Place, ranking
+from mkt.experiments.leaderboard import Board, Place, counted, ranking
 from mkt.trackers.by_name import LABELS
 
 HEAD = (
@@ -76,10 +76,11 @@ def refusals(rows: pd.DataFrame) -> list[str]:
 def extent(board: Board) -> str:
     """How many sequences and runs a board has, in words."""
     n = board.rows["source"].nunique()
-    runs = f"{len(board.rows)} runs"
+    runs = counted(len(board.rows), "run")
     if board.case == "seed":
-        return f"{n} kinds of scene, {board.rows['seed'].nunique()} of each, {runs}"
-    return f"{n} sequence{'' if n == 1 else 's'}, {runs}"
+        each = board.rows["seed"].nunique()
+        return f"{counted(n, 'kind')} of scene, {each} of each, {runs}"
+    return f"{counted(n, 'sequence')}, {runs}"
 
 
 def as_markdown(board: Board) -> str:

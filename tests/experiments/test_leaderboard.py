@@ -53,6 +53,12 @@ def row(tracker, source, seed, overlap, **more):
     } | more
 
 
+def quick(job):
+    """The row of a job on a drawn scene, which costs nothing."""
+    pair = {"item": job.source.item, "ground": job.source.ground}
+    return row(job.label, job.source.name, job.seed, 0.5) | pair
+
+
 def table(*rows):
     return pd.DataFrame(rows)
 
@@ -311,16 +317,31 @@ def test_the_tables_are_markdown_with_a_row_for_each_tracker():
 
 
 def test_synthetic_sequences_are_for_whoever_has_no_benchmark(monkeypatch):
-    def run(job):
-        pair = {"item": job.source.item, "ground": job.source.ground}
-        return row(job.label, job.source.name, job.seed, 0.5) | pair
-
     monkeypatch.delenv("MKT_DATA", raising=False)
-    monkeypatch.setattr(sweeps, "run", run)
+    monkeypatch.setattr(sweeps, "run", quick)
     assert recorded(NAMES, [0]) == ([], [])
     few = synthetic(NAMES, range(3), processes=1, kinds=KINDS)
     assert len(few.rows) == 3 * 3 * len(KINDS) and "3 pairs" in few.data
     assert few.rows["item"].nunique() == 3
+
+
+@pytest.mark.parametrize(
+    "n, said, head",
+    [
+        (1, "1 kind: .* kind 1 scene, of 1 pair ", "1 kind of scene, 1 of each, 1 run"),
+        (2, "2 kinds: .* 2 scenes, of 2 pairs ", "2 kinds of scene, 2 of each, 4 runs"),
+    ],
+)
+def test_one_scene_is_no_scenes(n, said, head, monkeypatch):
+    monkeypatch.setattr(sweeps, "run", quick)
+    board = synthetic(["ssd"], range(n), processes=1, kinds=list(KINDS)[:n])
+    assert re.search(said, board.data)
+    assert as_markdown(board).splitlines()[0].endswith(f": {head}")
+
+
+def test_one_start_is_no_starts(benchmarks):
+    (board,), _ = recorded(("ssd",), [0], processes=1, starts=1)
+    assert "from 1 frame forwards, and from 1 backwards." in board.data
 
 
 def test_every_synthetic_sequence_can_be_tracked():
