@@ -76,17 +76,34 @@ def homes(*things: Any) -> tuple[Path, ...] | None:
     return tuple(sorted(files))
 
 
-def _parts(things: Iterable[Any]) -> Iterator[Any]:
+def _parts(things: Iterable[Any]) -> list[Any]:
     """Things, and what has code of its own within them, however deep."""
-    for thing in things:
-        yield thing
-        for part in _parts(_inside(thing)):
-            if is_dataclass(type(part)) or callable(part) or inspect.ismodule(part):
-                yield part
+    found = list(things)
+    waiting = [part for thing in found for part in _inside(thing)]
+    seen: dict[int, Any] = {}  # for what holds itself
+    while waiting:
+        part = waiting.pop()
+        if id(part) in seen:
+            continue
+        seen[id(part)] = part
+        waiting += _inside(part)
+        of_code = is_dataclass(type(part)) or callable(part) or inspect.ismodule(part)
+        if of_code or _is_own(part):
+            found.append(part)
+    return found
+
+
+def _is_own(thing: Any) -> bool:
+    """Whether its class is none of Python's or of an installed package."""
+    kind = type(thing)
+    if kind.__module__.partition(".")[0] in sys.stdlib_module_names:
+        return False
+    path = getattr(sys.modules.get(kind.__module__), "__file__", None)
+    return path is None or not _is_installed(Path(path).parent)
 
 
 def _inside(thing: Any) -> Iterable[Any]:
-    """The fields of a dataclass, and what a partial, a tuple, a list or a dict holds.
+    """The fields of an object, and what a partial, a tuple, a list or a dict holds.
 
     A field that names a scene of the user's own stands for its code too.  Nothing of a
     source that says itself what identifies it.
@@ -100,7 +117,9 @@ def _inside(thing: Any) -> Iterable[Any]:
         return [*values, *_scenes(values)]
     if isinstance(thing, dict):
         return thing.values()
-    return thing if isinstance(thing, tuple | list) else ()
+    if isinstance(thing, tuple | list):
+        return thing
+    return getattr(thing, "__dict__", {}).values() if _is_own(thing) else ()
 
 
 def _scenes(names: Iterable[Any]) -> Iterator[Any]:
@@ -108,9 +127,10 @@ def _scenes(names: Iterable[Any]) -> Iterator[Any]:
 
     Or what else was registered, where it is no function of a module.
     """
-    own = own_scenes()
-    for name in names:
-        if isinstance(name, str) and name in own:
+    words = [name for name in names if isinstance(name, str)]
+    own = own_scenes() if words else {}
+    for name in words:
+        if name in own:
             function = inspect.unwrap(own[name])
             module = inspect.getmodule(function)
             yield module if module and inspect.isfunction(function) else function
@@ -281,6 +301,7 @@ def _files_elsewhere(name: str) -> list[Path]:
     ]
 
 
+@functools.lru_cache(maxsize=512)
 def _is_installed(folder: Path) -> bool:
     """Whether modules of Python itself lie there, or of packages that pip brought."""
     known = {"site-packages", "dist-packages"}

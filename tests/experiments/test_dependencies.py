@@ -6,10 +6,12 @@ import subprocess
 import sys
 import textwrap
 from dataclasses import dataclass
+from fractions import Fraction
 from importlib.metadata import packages_distributions
 from itertools import chain
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mkt import evaluation, plotting
@@ -263,6 +265,41 @@ def test_what_was_written_in_a_notebook_is_not_kept():
 )
 def test_a_run_depends_on_the_parts_that_its_tracker_is_made_of(whole, part):
     assert PACKAGE / part in dependencies.reachable(dependencies.homes(whole))
+
+
+class Holding:
+    """A tracker or a source as one writes it who knows no dataclasses."""
+
+    def __init__(self, part):
+        self.part = part
+
+
+@dataclass(frozen=True)
+class Made:
+    part: object
+
+
+@pytest.mark.parametrize("whole", [Holding, Made])
+@pytest.mark.parametrize("within", [lambda part: part, lambda part: [{"a": part}]])
+def test_a_part_of_a_plain_class_counts_too(whole, within, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    path = tmp_path / "part_of_mine.py"
+    path.write_text("class Part:\n    pass\n")
+    part = importlib.import_module("part_of_mine").Part()
+    assert path in dependencies.homes(whole(within(part)))
+    del sys.modules["part_of_mine"]
+    assert dependencies.homes(whole(within(part))) is None
+
+
+def test_what_holds_itself_is_looked_at_once():
+    ring = Holding(1)
+    ring.part = [ring, SSD()]
+    assert PACKAGE / "trackers" / "ssd.py" in dependencies.homes(ring)
+
+
+def test_parts_of_python_and_of_installed_packages_are_no_code_of_a_tracker():
+    parts = Holding([np.zeros(2), np.float64(1), Path("x"), Fraction(1, 2), None, "x"])
+    assert dependencies.homes(parts) == (Path(__file__),)
 
 
 def test_a_tracker_with_a_part_from_a_notebook_is_not_kept():
