@@ -52,6 +52,8 @@ class Tracker(Protocol):
     ===========  ==================================================================
 
     A tracker may add others, the same ones in every frame.
+
+    One that reads a file, such as weights, has a method ``identity`` as a `Source` has.
     """
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> Any:
@@ -132,7 +134,12 @@ def _check_shape(name: str, found: Any, wanted: tuple[int, ...]) -> None:
 
 
 class Source(Protocol):
-    """Whatever gives a sequence: a scene, a found benchmark, settings, the clip."""
+    """Whatever gives a sequence: a scene, a found benchmark, settings, the clip.
+
+    Its runs are kept under its fields.  One that reads files has a further method,
+    ``identity() -> str``, whose text takes their place: the fields, and a hash of what
+    is in the files.  Without it, a changed file brings back the runs of the old one.
+    """
 
     def sequence(self) -> Sequence:
         """The `Sequence`."""

@@ -45,7 +45,10 @@ ROWS = cache.Shelf("rows", ".json", cache.as_json, json.loads)
 
 
 class Named(Source, Protocol):
-    """A source with a name, under which tables put its runs together."""
+    """A source with a name, under which tables put its runs together.
+
+    If it reads files it needs an ``identity`` too, see `mkt.tracking.Source`.
+    """
 
     @property
     def name(self) -> str:

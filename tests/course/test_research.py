@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mkt.evaluation import overlap
+from mkt.experiments import cache
 from mkt.files import ROOT
 from tests.own_video import films
 
@@ -27,3 +28,8 @@ def test_every_piece_runs_and_finds_what_it_should(tmp_path, monkeypatch):
     assert (np.abs(names["twist"]) <= names["limits"] + 1e-12).all()
     assert (np.abs(names["within"](np.full(6, 9.0))) <= names["limits"] + 1e-12).all()
     assert sorted(names["rows"]["n"].unique()) == [10, 20]
+    assert names["street"]["source"].tolist() == ["street"]
+    before = cache.key(names["labelled"])
+    boxes = tmp_path / "boxes.txt"
+    boxes.write_text(boxes.read_text().replace("5.0", "5.1"))
+    assert cache.key(names["labelled"]) != before

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -118,6 +119,41 @@ def test_a_source_is_asked_once_what_identifies_it(done):
     recorded = Recorded(Drawn("base"))
     sweep(jobs({"a": TWO, "b": SSD()}, [recorded], range(3)), processes=1)
     assert len(recorded.asked) == 1 and len(done) == 6
+
+
+@dataclasses.dataclass(frozen=True)
+class Weighted(SSD):
+    """A tracker that reads a file, and says what is in it."""
+
+    weights: Path = Path()
+
+    def identity(self):
+        return f"{self} {self.weights.read_text()}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Labelled(Short):
+    """A source that reads a file, and says what is in it."""
+
+    truth: Path = Path()
+
+    def identity(self):
+        return f"{self} {self.truth.read_text()}"
+
+
+def test_what_reads_a_file_says_itself_when_it_has_changed(tmp_path):
+    path = tmp_path / "file.txt"
+    base = Drawn("base")
+    made = [
+        Job("x", Weighted(weights=path), base),
+        Job("x", SSD(), Labelled(base, path)),
+    ]
+    keys = []
+    for content in ("one", "one", "two"):
+        path.write_text(content)
+        keys.append([job.key() for job in made])
+    assert keys[0] == keys[1] and None not in keys[0]
+    assert not {*keys[0]} & {*keys[2]}
 
 
 def test_a_row_says_what_was_run_and_what_it_took():
