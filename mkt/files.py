@@ -5,6 +5,7 @@ be used is refused, and where installed files lie.  Only the standard library, s
 this is imported before anything is installed.
 """
 
+import errno
 import importlib.metadata
 import os
 import signal
@@ -31,6 +32,7 @@ DATA = next(filter(Path.is_dir, (PACKAGE / "data", ROOT / "data")), ROOT / "data
 # Where the book and its locks are made.
 BUILD = Path(os.environ.get("MKT_BUILD") or ROOT / "_build").absolute()
 ELSEWHERE = "let MKT_CACHE and MKT_BUILD name folders of your own"
+FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG  # what a disk or a quota says
 PATIENCE = 0.1  # [s] between two looks at a lock
 
 
@@ -126,9 +128,10 @@ def named(path: str | os.PathLike) -> Iterator[None]:
     try:
         yield
     except OSError as error:
+        room = "make room there, or " if error.errno in FULL else ""
         raise OSError(
             f"{path} cannot be written: {error.strerror or error}; "
-            f"make room there, or {_elsewhere(Path(path))}"
+            f"{room}{_elsewhere(Path(path))}"
         ) from error
 
 

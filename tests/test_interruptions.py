@@ -149,7 +149,7 @@ def test_an_error_of_the_disk_names_the_file(tmp_path):
     said = r"a\.txt cannot be written: No space left on device; make room there"
     with pytest.raises(OSError, match=said), named("a.txt"):
         raise OSError(28, "No space left on device")
-    said = r"none.a\.txt cannot be written: No such file or directory"
+    said = r"none.a\.txt cannot be written: No such file or directory; choose another"
     with (
         pytest.raises(OSError, match=said),
         whole(tmp_path / "none" / "a.txt") as half,
