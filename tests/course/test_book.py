@@ -134,6 +134,15 @@ def test_imports_are_folded_on_the_page_and_other_code_is_not():
     assert folded == [True, False, False]
 
 
+def test_a_picture_without_a_text_of_its_own_is_told_by_its_heading():
+    cell = nbformat.v4.new_code_cell("1")
+    cell.outputs = [nbformat.v4.new_output("display_data", {"image/png": "aa"})]
+    words = nbformat.v4.new_markdown_cell("# One\n\n## *Two* of $x$\n\ntext")
+    page = prepare(nbformat.v4.new_notebook(cells=[words, cell]))
+    alt = page.cells[1].metadata["mystnb"]["image"]["alt"]
+    assert alt == "What the cell above draws, under: Two of x"
+
+
 def test_the_gallery_says_of_each_figure_whether_it_agrees_with_the_print():
     said = agreement.said(BOOK)
     assert set(said) == set(FIGURES) and set(said.values()) <= set(agreement.WORDS)

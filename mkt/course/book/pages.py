@@ -48,7 +48,7 @@ from mkt.scenes.drawn import drawn
 from mkt.trackers.by_name import LABELS
 
 HERE = Path(__file__).parent
-CODE = HERE / "code.js"
+TEXT = HERE / "text.js"
 PLAYS = HERE / "gallery.js"
 SCORER = HERE / "scorer.js"
 STYLES = HERE / "mkt.css", STYLE
@@ -102,7 +102,7 @@ SETTINGS = {
     "html_static_path": ["_static"],
     "html_extra_path": ["moved"],
     "html_css_files": [path.name for path in STYLES],
-    "html_js_files": [SCRIPT.name, CODE.name, live.SCRIPT],
+    "html_js_files": [SCRIPT.name, TEXT.name, live.SCRIPT],
     "html_show_copyright": False,
     "html_copy_source": False,
     "html_show_search_summary": False,

@@ -5,6 +5,7 @@ Nothing is executed here.
 
 import ast
 import copy
+import re
 import shutil
 import subprocess
 import sys
@@ -25,6 +26,7 @@ from mkt.files import NOTEBOOKS, named
 
 PICTURE = "image/png"
 IMPORTS = ast.Import, ast.ImportFrom
+HEADING = re.compile(r"^#{1,6} (.+)$", re.MULTILINE)
 
 
 def make(
@@ -102,7 +104,7 @@ def _pages(book: Book, notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
 
 def _scripts() -> dict[str, str]:
     """The same for the styles, and for what moves the figures."""
-    files = *pages.STYLES, SCRIPT, pages.CODE, pages.PLAYS
+    files = *pages.STYLES, SCRIPT, pages.TEXT, pages.PLAYS
     texts = {path.name: path.read_text("utf-8") for path in files}
     texts[live.SCRIPT] = live.script()
     return {f"_static/{name}": text for name, text in texts.items()}
@@ -173,12 +175,15 @@ def prepare(notebook: NotebookNode) -> NotebookNode:
     figures = {cell.id: names for cell, names in figure_cells(page)}
     placed: set[str] = set()
     cells = []
+    heading = ""
     for cell in page.cells:
+        if cell.cell_type == "markdown":
+            heading = [heading, *HEADING.findall(cell.source)][-1]
         fresh = [name for name in figures.get(cell.id, ()) if name not in placed]
         placed.update(fresh)
         cells += [_place(name) for name in fresh]
         if cell.cell_type == "code":
-            _describe(cell)
+            _describe(cell, heading)
             _fold_imports(cell)
         cells.append(cell)
     page.cells = cells
@@ -198,7 +203,7 @@ def _fold_imports(cell: NotebookNode) -> None:
         cell.metadata["tags"] = [*cell.metadata.get("tags", ()), "hide-input"]
 
 
-def _describe(cell: NotebookNode) -> None:
+def _describe(cell: NotebookNode, heading: str) -> None:
     """Give the picture of a cell its text, and leave out what drawing calls return."""
     pictures = [output for output in cell.outputs if PICTURE in output.get("data", {})]
     if not pictures:
@@ -209,7 +214,8 @@ def _describe(cell: NotebookNode) -> None:
         if output.output_type != "execute_result" or output in pictures
     ]
     about = pictures[0].metadata.get(PICTURE, {})
-    text = about.get("alt", "What the cell above draws")
+    plain = re.sub(r"[*`$\\]", "", heading)
+    text = about.get("alt", f"What the cell above draws, under: {plain}")
     cell.metadata["mystnb"] = {"image": {"alt": text}}
 
 

@@ -140,10 +140,11 @@ def fig6(
 
     In the page: Synthetic data: a toy car, fast translation and rotation at a fixed
     size, hidden totally in the grey frames, from frame 46 on; dashed is the frame that
-    is shown.  Black is the truth, which the print does not have; coloured are five runs
-    over the same path that differ in their sensor noise and random numbers, run 0
-    thick.  Angles are drawn on the turn nearest the truth.  The table has the median
-    over the runs of each run's median error before and after the occlusion.
+    is shown.  In black, or white on a dark page, is the truth, which the print does not
+    have; coloured are five runs over the same path that differ in their sensor noise
+    and random numbers, run 0 thick.  Angles are drawn on the turn nearest the truth.
+    The table has the median over the runs of each run's median error before and after
+    the occlusion.
 
     A run is lost when it misses the target in most of the last ten frames.  The paper
     shows one run on one real sequence, and its filters come through.  Here that depends

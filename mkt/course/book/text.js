@@ -1,4 +1,7 @@
-// A button on each cell of code that copies it.
+// What the text of a page needs: a button on each cell of code that copies it, and a
+// word under what is wider than the page.
+
+const WIDE = ".mkt-scroll, .mkt-formula, .cell_output, .table-wrapper";
 
 function copies(block) {
   const button = document.createElement("button");
@@ -18,7 +21,19 @@ function copies(block) {
   block.append(button);
 }
 
+function tellsItsWidth(place) {
+  if (getComputedStyle(place).overflowX === "visible") return;
+  const note = document.createElement("p");
+  note.className = "mkt-more";
+  note.textContent = "Wider than the page: move it sideways.";
+  const see = () => (note.hidden = place.scrollWidth <= place.clientWidth + 1);
+  place.after(note);
+  see();
+  new ResizeObserver(see).observe(place);
+}
+
 document.addEventListener("DOMContentLoaded", () => {
   for (const block of document.querySelectorAll(".cell_input .highlight"))
     copies(block);
+  document.querySelectorAll(WIDE).forEach(tellsItsWidth);
 });
