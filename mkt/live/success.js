@@ -21,7 +21,7 @@ class Success {
       "p",
       { class: "mkt-note" },
       "Drag the limit on the curves, or move it with the arrow keys; " +
-        "point at a row to see its curve.",
+        "point at a row, or take the arrow keys on it, to see its curve.",
     );
     this.stage = el(
       "div",
@@ -146,7 +146,7 @@ class Success {
     pen.fillText("area", width, 14);
     this.rows.forEach((row, i) => {
       const y = 22 + ROW * i;
-      this.style(pen, row, false);
+      this.style(pen, row, this.pointed && this.pointed !== row.label);
       pen.beginPath();
       pen.moveTo(0, y + 9);
       pen.lineTo(26, y + 9);
@@ -188,11 +188,22 @@ class Success {
       const { limit } = this.controls.values;
       this.controls.set({ limit: Math.round(100 * limit + right - down) / 100 });
     });
-    this.ranking.hovered((point) => {
-      const row = point && this.rows?.[Math.floor((point[1] - 22) / ROW)];
-      this.pointed = row?.label ?? null;
-      this.curves.redraw();
+    this.ranking.hovered((point) =>
+      this.point(point && this.rows?.[Math.floor((point[1] - 22) / ROW)]),
+    );
+    this.ranking.keyed(([right, down]) => {
+      const rows = this.rows ?? [];
+      const at = rows.findIndex(({ label }) => label === this.pointed) + right + down;
+      this.point(rows[Math.min(Math.max(at, 0), rows.length - 1)]);
     });
+    this.ranking.node.addEventListener("blur", () => this.point(null));
+  }
+
+  // Let one row stand out, or all.
+  point(row) {
+    this.pointed = row?.label ?? null;
+    this.curves.redraw();
+    this.ranking.redraw();
   }
 }
 

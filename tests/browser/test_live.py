@@ -167,6 +167,14 @@ def test_hands_and_keys_move_figure_3_and_the_link_follows(opened):
     assert said(panel) == at_rest
 
 
+def test_a_command_that_was_shown_goes_when_its_figure_is_moved(opened):
+    panel = ready(opened(SURFACES, "#fig3"))
+    panel.get_by_role("button", name="command for a PDF of it").click()
+    panel.get_by_text("python3 -m mkt figure").wait_for()
+    slide(panel, "span").press("ArrowLeft")
+    assert "python3 -m mkt figure" not in panel.inner_text()
+
+
 PIXEL = """(canvas, [x, turn]) => {
   const [w, h] = [canvas.clientWidth - 44, canvas.clientHeight - 62];
   const [u, v] = [38 + (w * (x + 20)) / 40, 22 + (h * (60 - turn)) / 120];
@@ -649,6 +657,9 @@ def test_the_ranking_follows_a_limit_that_moves_freely(opened):
     assert high < best
     curves.press("ArrowLeft")
     assert "T<sub>lim</sub>" in panel.inner_html() and "limit=0.9" in page.url
+    before = curves.evaluate("canvas => canvas.toDataURL()")
+    panel.locator("canvas").nth(1).press("ArrowDown")  # to one row of the ranking
+    assert curves.evaluate("canvas => canvas.toDataURL()") != before
 
 
 # A key that is held: its moves are one step back.
@@ -906,6 +917,26 @@ def test_without_a_camera_the_clip_plays(opened, site, error, reason):
     page.get_by_role("button", name="Track what is in the box").click()
     page.get_by_text("frames per second").wait_for()
     assert "found" in page.locator("[data-live=track]").inner_text()
+
+
+# Whether there is a line in the colour of what was found.
+LINE = """canvas => {
+  const size = [canvas.width, canvas.height];
+  const found = canvas.getContext("2d").getImageData(0, 0, ...size).data;
+  for (let i = 0; i < found.length; i += 4)
+    if (found[i] === %d && found[i + 1] === %d && found[i + 2] === %d) return true;
+  return false;
+}"""
+
+
+def test_both_curves_of_the_clip_are_drawn(opened):
+    page = opened(TRACK)
+    page.get_by_role("button", name="Play the book's clip").click()
+    page.get_by_role("button", name="Track what is in the box").click()
+    page.get_by_text("frames per second").wait_for()
+    page.wait_for_timeout(500)
+    for name, color in (("N_eff", (30, 125, 193)), ("likeness", (51, 178, 77))):
+        assert page.locator(f"canvas[aria-label^='{name}']").evaluate(LINE % color)
 
 
 # A file that is none, and before that is known, the book's clip.

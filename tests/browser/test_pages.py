@@ -41,6 +41,7 @@ WITH_CODE = (
     "handout/lab_3_particle_filter",
     CHAPTERS[DAY % len(CHAPTERS)],
 )
+MOVED = "09_moving_target"  # a page with many choices
 NARROW = {"width": 380, "height": 800}
 WIDE = {"width": 1400, "height": 1000}
 SCHEMES = "light", "dark"
@@ -205,6 +206,24 @@ def test_every_choice_changes_the_picture_and_reset_brings_it_back(chapter):
         if not there_and_back(panel, partial(choice.select_option, index=other)):
             still.append(choice.get_attribute("id"))
     assert still == []
+
+
+def test_back_on_a_page_its_pictures_are_those_of_their_controls(site, browser):
+    opened = Opened(browser)
+    opened.go(site / f"{MOVED}.html")
+    for _, choice in controls(opened, "select"):
+        choice.select_option(index=choice.evaluate("choice => choice.length - 1"))
+    opened.go(site / "claims.html")
+    opened.page.go_back()
+    opened.page.wait_for_timeout(300)
+    shown = [
+        (choice.evaluate("choice => choice.selectedOptions[0].text"), panel)
+        for panel, choice in controls(opened, "select")
+    ]
+    assert shown
+    for words, panel in shown:
+        assert f"= {words}" in panel.locator("img").first.get_attribute("alt")
+    opened.page.close()
 
 
 def controls(opened, kind):

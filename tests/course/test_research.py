@@ -28,6 +28,7 @@ def test_every_piece_runs_and_finds_what_it_should(tmp_path, monkeypatch):
     assert (np.abs(names["twist"]) <= names["limits"] + 1e-12).all()
     assert (np.abs(names["within"](np.full(6, 9.0))) <= names["limits"] + 1e-12).all()
     assert sorted(names["rows"]["n"].unique()) == [10, 20]
+    assert (names["ours"].info["distance"][1:] < 0.5).all()
     assert names["street"]["source"].tolist() == ["street"]
     before = cache.key(names["labelled"])
     boxes = tmp_path / "boxes.txt"
