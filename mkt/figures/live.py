@@ -19,7 +19,7 @@ from mkt.files import PACKAGE
 from mkt.registry import Registry
 
 MODULES = PACKAGE / "live"
-COMMENT = re.compile(r"^ *//.*\n", re.MULTILINE)
+COMMENT = re.compile(r"^ *//.*\n|(?<=[;,]) //.*$", re.MULTILINE)  # also behind code
 INDENTATION = re.compile(r"^ +", re.MULTILINE)
 IMPORT = re.compile(r'^import (\{[^}]*\}) from "\./(\w+)\.js";', re.MULTILINE)
 EXPORT = re.compile(

@@ -20,8 +20,8 @@ class Success {
     const hint = el(
       "p",
       { class: "mkt-note" },
-      "Drag the limit on the curves, or move it with the arrow keys; " +
-        "point at a row, or take the arrow keys on it, to see its curve.",
+      "Drag the limit on the curves, or point at a row to see its curve. " +
+        "Arrow keys do both.",
     );
     this.stage = el(
       "div",
@@ -194,9 +194,8 @@ class Success {
     this.ranking.keyed(([right, down]) => {
       const rows = this.rows ?? [];
       const at = rows.findIndex(({ label }) => label === this.pointed) + right + down;
-      this.point(rows[Math.min(Math.max(at, 0), rows.length - 1)]);
+      this.point(rows[Math.min(at, rows.length - 1)]); // above the first one: all
     });
-    this.ranking.node.addEventListener("blur", () => this.point(null));
   }
 
   // Let one row stand out, or all.

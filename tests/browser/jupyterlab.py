@@ -57,8 +57,10 @@ PLAYED = """async (film) => {
   }
   return [before, film.currentTime];
 }"""
+# Cells that are folded have no number to be seen.
 FINISHED = """(failure) => {
-  const prompts = document.querySelectorAll(".jp-CodeCell .jp-InputPrompt");
+  const prompts = document.querySelectorAll(
+    ".jp-CodeCell .jp-InputPrompt:not(.jp-Placeholder-prompt)");
   return document.querySelector(failure)
     || [...prompts].every((prompt) => /\\[\\d+\\]/.test(prompt.textContent));
 }"""
@@ -73,6 +75,7 @@ END_KERNELS = """async () => {
 }"""
 FAILURE = '[data-mime-type="application/vnd.jupyter.error"]'
 SECONDS = 1000  # playwright counts in milliseconds
+QUIET = 10  # looks, a tenth of a second apart, at a kernel that has nothing to do
 HIDDEN = ("MPLBACKEND", "MKT_STATIC", "MKT_DATA")
 OWN = (
     "JUPYTER_CONFIG_DIR",
@@ -165,9 +168,13 @@ class Notebook:
         self._wait_until_idle(timeout)
 
     def _wait_until_idle(self, timeout):
-        """Before, cells would run into nothing."""
+        """Before, cells would run into nothing; between two it is idle for a moment."""
         state = self.page.get_by_text("Python 3 (ipykernel) | Idle")
-        state.wait_for(timeout=timeout * SECONDS)
+        quiet = 0
+        while quiet < QUIET:
+            state.wait_for(timeout=timeout * SECONDS)
+            self.page.wait_for_timeout(100)
+            quiet = quiet + 1 if state.count() else 0
 
     def errors(self):
         """The texts of all tracebacks."""

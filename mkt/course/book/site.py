@@ -125,7 +125,7 @@ def _chapters(notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
         for name, notebook in notebooks.items()
     }
     return shown | {
-        f"{pages.NOTEBOOKS}/{name}.ipynb": nbformat.writes(strip(notebook))
+        f"{pages.NOTEBOOKS}/{name}.ipynb": nbformat.writes(strip(notebook), indent=None)
         for name, notebook in notebooks.items()
     }
 

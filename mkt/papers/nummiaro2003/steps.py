@@ -107,7 +107,7 @@ def listing(function: Callable) -> list[str]:
     return lines
 
 
-@figure("nummiaro2003.fig1", size=(7.9, 12.8))
+@figure("nummiaro2003.fig1", size=(7.9, 13.6))
 def fig1(fig: Figure) -> Shown:
     """One iteration of the colour particle filter, and the lines that do it.
 
