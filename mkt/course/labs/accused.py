@@ -112,7 +112,9 @@ class Accused:
         names = self.places.get(request["place"], {}) | request["patches"]
         with patch.dict(self.shell.user_ns, names):
             function = self.named(request["name"], request["place"])
-            return {"value": function(*request["args"], **request["kwargs"])}
+            # A word that came as bytes is then the one of the lab, for `is` as well.
+            args = [sys.intern(a) if type(a) is str else a for a in request["args"]]
+            return {"value": function(*args, **request["kwargs"])}
 
     def get(self, request: Request) -> Request:
         """An attribute of an object that was kept."""
