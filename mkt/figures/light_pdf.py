@@ -10,7 +10,7 @@ import zlib
 import cv2
 import numpy as np
 
-QUALITY = 80
+QUALITY = 75
 # A photograph of matplotlib: the bytes of a PNG without what stands round them there.
 PHOTOGRAPH = re.compile(
     rb"(?P<head>[^\[]*/Width (?P<width>\d+) /Height (?P<height>\d+)\s"
