@@ -60,7 +60,7 @@ def found(path: Path) -> Path:
             raise ValueError(f"{place}: this is a folder; give the notebook in it")
     raise ValueError(
         f"{path}: there is no such file, seen from this folder or from {HANDOUT}; "
-        f"{_there()}"
+        + _there()
     )
 
 

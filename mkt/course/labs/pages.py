@@ -34,8 +34,6 @@ def write(output: Path, row: Row, lab: NotebookNode, models: bool) -> None:
 
     It is for the student: what the table says of other students is not on it.
 
-    The model answers are on it where they are asked for and the row has a total.
-
     Parameters
     ----------
     output : Path
@@ -44,6 +42,7 @@ def write(output: Path, row: Row, lab: NotebookNode, models: bool) -> None:
     lab : NotebookNode
         With its solutions.
     models : bool
+        Whether to show the model answers, where the row has a total.
     """
     path = _path(output, row)
     where = headings(lab)

@@ -208,8 +208,8 @@ def _fit_shares(ax: Axes, shares: Sequence[Array]) -> None:
     """Limits round the image, 0 to 1, and round what goes beyond its border."""
     low = min(0.0, *(np.nanmin(share) for share in shares))
     high = max(1.0, *(np.nanmax(share) for share in shares))
-    for border in (0, 1):
-        if low < 0 or high > 1:
+    if low < 0 or high > 1:
+        for border in (0, 1):
             ax.axhline(border, color="0.6", lw=0.8, zorder=0)
     ax.set_ylim(low, high)
 

@@ -181,7 +181,7 @@ def _draw_moves(ax: Axes, made: Round) -> None:
 
 
 def _come_closer(axes: Sequence[Axes], there: Sequence[Regions]) -> None:
-    """The part of the frame with all middles in it, and a car's width on each side."""
+    """Show the part of the frame with all middles in it, and `CLOSE` on each side."""
     middles = np.concatenate([regions[:, :2] for regions in there])
     low, high = middles.min(0) - CLOSE, middles.max(0) + CLOSE
     centre = (low + high) / 2
