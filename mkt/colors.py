@@ -267,7 +267,9 @@ class ColorBins:
         ]
         if self.space == "hsv":
             _, saturation, value = channels
-            grey = (saturation <= 255 * self.s_min) | (value <= 255 * self.v_min)
+            # Whole thresholds: beside a float, numpy makes floats of all pixels first.
+            pale, dark = np.uint8(255 * self.s_min), np.uint8(255 * self.v_min)
+            grey = (saturation <= pale) | (value <= dark)
             # copyTo is several times as fast as numpy's where.
             labels = cv2.copyTo(parts[2], grey.view(np.uint8), parts[0] + parts[1])
         else:

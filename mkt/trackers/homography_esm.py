@@ -240,9 +240,17 @@ def _motions(w: int, h: int, motions: tuple[int, ...]) -> NDArray:
 def facing(frame: NDArray, homography: Array, picture: NDArray) -> NDArray:
     """The frame over the object, of a picture's size (h, w); NaN outside the frame."""
     size = picture.shape[::-1]
-    to_image = homography @ np.linalg.inv(of_regions(from_box([0, 0, *size])))
+    to_image = homography @ _to_square(*size)
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return cv2.warpPerspective(frame, to_image, size, flags=flags, borderValue=np.nan)
+
+
+@lru_cache(maxsize=8)
+def _to_square(w: int, h: int) -> Array:
+    """From the pixels of a picture to the canonical square, (3, 3)."""
+    matrix = np.linalg.inv(of_regions(from_box([0, 0, w, h])))
+    matrix.setflags(write=False)  # all trackers share it
+    return matrix
 
 
 def _standard(picture: NDArray, inside: NDArray) -> NDArray:
