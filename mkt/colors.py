@@ -214,34 +214,36 @@ class ColorBins:
         shares(self, "s_min", "v_min")
 
     @property
-    def _counts(self) -> tuple[int, ...]:
+    def per_channel(self) -> tuple[int, ...]:
+        """Bins of each channel, whether given or not."""
         return SPACES[self.space] if self.counts is None else self.counts
 
     @property
     def m(self) -> int:
         """Number of bins."""
         if self.space == "hsv":
-            hues, saturations, values = self._counts
+            hues, saturations, values = self.per_channel
             return hues * saturations + values
-        return prod(self._counts)
+        return prod(self.per_channel)
 
     @cached_property
     def _tables(self) -> list[NDArray]:
         """A look-up table (256,) for each channel: their entries add up to the bin."""
+        counts = self.per_channel
         ranges = (256, 256, 256) if self.space == "rgb" else (HUES, 256, 256)
         steps = [
             np.floor(np.arange(256) * count / top + by).astype(int)
-            for count, top, by in zip(self._counts, ranges, self.shift, strict=False)
+            for count, top, by in zip(counts, ranges, self.shift, strict=False)
         ]
         if self.space != "rgb":
-            steps[0] %= self._counts[0]
-        steps = [np.clip(s, 0, c - 1) for s, c in zip(steps, self._counts, strict=True)]
+            steps[0] %= counts[0]
+        steps = [np.clip(s, 0, c - 1) for s, c in zip(steps, counts, strict=True)]
         if self.space == "hsv":
             hue, saturation, value = steps
-            grey = value + self.m - self._counts[2]
-            tables = [hue * self._counts[1], saturation, grey]
+            grey = value + self.m - counts[2]
+            tables = [hue * counts[1], saturation, grey]
         else:
-            strides = np.cumprod([1, *self._counts[:0:-1]])[::-1]
+            strides = np.cumprod([1, *counts[:0:-1]])[::-1]
             tables = [s * stride for s, stride in zip(steps, strides, strict=True)]
         return [table.astype(label_type(self.m)) for table in tables]
 

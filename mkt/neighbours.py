@@ -22,7 +22,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy.sparse import block_diag, csr_array, kron
 
-from mkt.colors import SPACES, BinImage, ColorBins
+from mkt.colors import BinImage, ColorBins
 from mkt.histograms import coefficient
 from mkt.types import Array, ArrayLike, Frame, NDArray
 
@@ -120,7 +120,7 @@ def hsv_counts(bins: ColorBins) -> tuple[int, int, int]:
         raise ValueError(
             f"space is {bins.space}; neighbours are known for hsv, take ColorBins()"
         )
-    hues, saturations, values = bins.counts or SPACES["hsv"]
+    hues, saturations, values = bins.per_channel
     return hues, saturations, values
 
 
