@@ -76,7 +76,7 @@ def overlap(regions: ArrayLike, truth: ArrayLike, upright: bool = False) -> Arra
     Parameters
     ----------
     regions, truth : (..., 5) array_like [px, rad]
-        Beyond 1e9 px nothing is found to overlap.
+        What lies beyond 1e9 px is not seen to overlap.
     upright : bool
         Compare the upright boxes round them, for truths without an orientation.
 
@@ -133,7 +133,7 @@ def scored_frames(clip: Sequence) -> NDArray:
     visible.
     """
     scored = _seen(clip)
-    scored[0] = False
+    scored[:1] = False
     return scored
 
 
@@ -319,7 +319,7 @@ def restarted(tracker: Tracker, clip: Sequence, seed: int = 0) -> Restarted:
                 run.failures.append(k)
         elif k >= ready and seen[k]:
             try:
-                state = tracker.init(frame, clip.truth[k], rng)
+                state = tracker.init(frame, clip.truth[k].copy(), rng)
             except ValueError:  # such as a target that is half outside the image
                 if not run.starts:
                     raise

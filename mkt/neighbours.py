@@ -22,6 +22,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy.sparse import block_diag, csr_array, kron
 
+from mkt.checks import of_kind
 from mkt.colors import BinImage, ColorBins
 from mkt.histograms import coefficient
 from mkt.types import Array, ArrayLike, Frame, NDArray
@@ -42,6 +43,11 @@ class SoftBins:
     bins : ColorBins
         Whose borders are moved, up to two fifths of a bin either way.
 
+    Raises
+    ------
+    ValueError
+        For other bins.
+
     Examples
     --------
     An orange at the border between the first two of ten hues.
@@ -52,6 +58,9 @@ class SoftBins:
     """
 
     bins: ColorBins = ColorBins()
+
+    def __post_init__(self):
+        of_kind(self.bins, ColorBins, "bins", "give ColorBins, such as ColorBins()")
 
     @property
     def m(self) -> int:
@@ -94,7 +103,10 @@ def smoothing(bins: ColorBins) -> csr_array:
     """
     hues, saturations, values = hsv_counts(bins)
     colours = kron(_shared(hues, circular=True), _shared(saturations))
-    return csr_array(block_diag([colours, _shared(values)]), dtype=np.float32)
+    S = csr_array(block_diag([colours, _shared(values)]), dtype=np.float32)
+    for array in (S.data, S.indices, S.indptr):
+        array.setflags(write=False)  # all trackers share them
+    return S
 
 
 def shared(q: ArrayLike, bins: ColorBins) -> NDArray:
@@ -116,6 +128,7 @@ def _shared(n: int, circular: bool = False) -> Array:
 
 def hsv_counts(bins: ColorBins) -> tuple[int, int, int]:
     """How many hues, saturations and values; ValueError for another space."""
+    of_kind(bins, ColorBins, "bins", "give ColorBins, such as ColorBins()")
     if bins.space != "hsv":
         raise ValueError(
             f"space is {bins.space}; neighbours are known for hsv, take ColorBins()"
@@ -134,7 +147,7 @@ def circular_emd(p: ArrayLike, q: ArrayLike) -> Array:
     Parameters
     ----------
     p, q : (..., n) array_like
-        Broadcast against each other, of equal sums.
+        Broadcast against each other, of sum 1.
 
     Returns
     -------

@@ -234,7 +234,7 @@ def effective_sample_size(weights: ArrayLike) -> float:
     Raises
     ------
     ValueError
-        For weights that are none, all zero, or not finite.
+        For weights that are none, not finite, or not of sum 1.
 
     Examples
     --------
@@ -243,7 +243,7 @@ def effective_sample_size(weights: ArrayLike) -> float:
     (4.0, 1.0)
     """
     squares = np.sum(np.square(weights))
-    if not 0 < squares < np.inf:
+    if not (0 < squares < np.inf and _is_one(np.sum(weights))):
         raise ValueError(NO_DISTRIBUTION)
     return 1.0 / squares
 
@@ -272,6 +272,8 @@ def mean_region(regions: ArrayLike, weights: ArrayLike) -> Region:
     """
     regions = as_regions(regions)
     weights = _distribution(weights)
+    if not _is_one(weights.sum()):
+        raise ValueError(NO_DISTRIBUTION)
     angle = np.angle(weights @ np.exp(1j * regions[:, 2]))
     sides = np.exp(weights @ np.log(regions[:, 3:]))
     return np.concatenate([weights @ regions[:, :2], [angle], sides])
@@ -432,6 +434,11 @@ def search(weights: ArrayLike, positions: ArrayLike) -> NDArray:
     # (n - 1 + u) / n may round to 1.
     below = np.minimum(positions, np.nextafter(1, 0))
     return np.searchsorted(cumulative / cumulative[-1], below, side="right")
+
+
+def _is_one(total: float) -> bool:
+    """Whether weights of this sum are of sum 1, in single precision too."""
+    return abs(total - 1) < 1e-4
 
 
 def _distribution(weights: ArrayLike) -> Array:

@@ -346,7 +346,9 @@ def bin_colors(bins: Bins) -> Array:
     values = lattice.reshape(-1, 3).T
     total = np.stack([np.bincount(labels, v, bins.m) for v in values], -1)
     mean = total / np.maximum(count, 1)[:, None] / 255
-    return np.where(count[:, None] > 0, mean, 1.0)
+    colors = np.where(count[:, None] > 0, mean, 1.0)
+    colors.setflags(write=False)  # all figures share them
+    return colors
 
 
 def draw_histogram(ax: Axes, q: ArrayLike, bins: Bins, **labels: Any) -> None:

@@ -246,19 +246,22 @@ def outside(regions: ArrayLike, shape: tuple[int, ...]) -> NDArray:
     return (x >= shape[1]) | (y >= shape[0]) | (x + w <= 0) | (y + h <= 0)
 
 
-def wrap_angle(theta: ArrayLike) -> Array:
-    """The same angle in [-pi, pi).
+def wrap_angle(theta: ArrayLike, period: float = 2 * np.pi) -> Array:
+    """The same angle in [-pi, pi), or in [-period / 2, period / 2).
 
     Parameters
     ----------
     theta : (...) array_like [rad]
+    period : float [rad]
+        Pi for the axis of something that looks the same after half a turn.
 
     Returns
     -------
     (...) array [rad]
     """
-    wrapped = (np.asarray(theta) + np.pi) % (2 * np.pi) - np.pi
-    return np.where(wrapped >= np.pi, -np.pi, wrapped)[()]  # rounded up to the end
+    end = period / 2
+    wrapped = (np.asarray(theta) + end) % period - end
+    return np.where(wrapped >= end, -end, wrapped)[()]  # rounded up to the end
 
 
 def displaced(

@@ -194,13 +194,18 @@ def report(
         For an estimate that is not finite.
     """
     return {
-        "region": np.array(finite(region)),  # the caller's own, and not the state's
+        "region": np.array(finite(region)),  # the caller's own, as all that follow
         "score": float(np.exp(-LAMBDA * distance**2)),
         "lost": bool(lost),
         "distance": float(distance),
         "evaluations": float(evaluations),
-        **more,
+        **{name: _own(value) for name, value in more.items()},
     }
+
+
+def _own(value: Any) -> Any:
+    """An array that is the caller's and not the state's; anything else as it is."""
+    return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def follow(

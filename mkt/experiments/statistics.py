@@ -41,7 +41,7 @@ SUMMARISED = (
     "evaluations",
     "cpu_ms",
 )
-SHARES = ("lost", "failed")  # 0 or 1 for a run: their mean says more than their median
+SHARES = ("lost",)  # 0 or 1 for a run: the mean says more than the median
 
 
 @dataclass(frozen=True)

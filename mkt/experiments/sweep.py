@@ -152,7 +152,8 @@ def run(job: Job) -> dict[str, Any]:
     clip = job.source.sequence()
     frames = Clocked(clip.frames)
     clip = replace(clip, frames=frames)
-    row = {"tracker": job.label, "source": job.source.name, "seed": job.seed}
+    seed = int(job.seed)  # numpy's own cannot be kept as text
+    row = {"tracker": job.label, "source": job.source.name, "seed": seed}
     row |= {name: getattr(job.source, name, "") for name in ("item", "ground")}
     if refused := _refusal(job, clip):
         return row | dict.fromkeys(NUMBERS, np.nan) | {"refused": refused}
@@ -250,7 +251,8 @@ def sweep(
                 _keep(jobs[k], sources[k], row)
             bar.update(len(fresh))
     columns = {name: [_parameter(job, name) for job in jobs] for name in names}
-    return pd.DataFrame(rows).assign(**columns)
+    known = None if rows else [*WHO, *NUMBERS]  # of no jobs at all
+    return pd.DataFrame(rows, columns=known).assign(**columns)
 
 
 def _parameter(job: Job, name: str) -> Any:

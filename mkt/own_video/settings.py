@@ -17,6 +17,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.metadata import version
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -168,12 +169,18 @@ def settled(
         Naming what is wrong; DataError for the video.
     """
     check_seed(seed)
+    given = part | {"box": [float(number) for number in box]}
+    for name in [name for name in given if name in _POSSIBLE]:
+        if not _POSSIBLE[name](given[name]):
+            raise ValueError(f"{name} is {given[name]!r}, which it cannot be")
     path = written_path(video)
     known = numbers_of(with_numbers(tracker, numbers or {}))
-    place = tuple(float(number) for number in box)
     sha256 = fingerprint(path)  # it refuses what the next line cannot resolve
     seed = int(seed)  # numpy's cannot be written as JSON
-    return Settings(str(path.resolve()), sha256, place, tracker, known, seed, **part)
+    given["box"] = tuple(given["box"])
+    return Settings(
+        str(path.resolve()), sha256, tracker=tracker, numbers=known, seed=seed, **given
+    )
 
 
 def load(path: Path, video: Path | str | None = None) -> Settings:
@@ -366,9 +373,12 @@ def with_numbers(name: str, numbers: Mapping[str, float]) -> Tracker:
     ------
     ValueError
         For an unknown tracker, a number that it does not have, or a value that is no
-        number.
+        finite number.
     """
     tracker = by_name.TRACKERS[name]
+    for field_name, value in numbers.items():
+        if not (isinstance(value, Real) and abs(value) <= sys.float_info.max):
+            raise ValueError(f"{field_name} is {value!r}; it must be a finite number")
     if "n" in numbers:
         tracker = by_name.with_particles(name, int(numbers["n"]))
     known = numbers_of(tracker)

@@ -72,6 +72,7 @@ class Layer:
 
     def __post_init__(self):
         checks.positive(self, "width")
+        checks.numbers(self, "hue", fits=np.isfinite, need="it must be finite")
         checks.counts(self, "shuffle")
         check_points(self, path=5, turn=2, tilt=3)
         if not all(0 <= share <= 1 for _, share in self.turn):

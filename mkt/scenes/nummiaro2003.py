@@ -40,7 +40,7 @@ def students(seed: int, tree: float = TREE_WIDTH) -> Scene:
     ----------
     seed : int
     tree : float [px]
-        Its width; ours hides all of the student for 30 to 32 frames around frame 99.
+        Its width; ours hides all of the student for 29 to 34 frames around frame 99.
     """
     rng = np.random.default_rng((11, seed))
     times = np.arange(0.0, STUDENTS + 12, 11)

@@ -58,4 +58,6 @@ def resized(name: str, factor: float) -> NDArray:
     rgba = texture(name)
     size = tuple(max(round(factor * side), 2) for side in rgba.shape[1::-1])
     how = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
-    return cv2.resize(rgba, size, interpolation=how)
+    small = cv2.resize(rgba, size, interpolation=how)
+    small.setflags(write=False)  # all scenes share it
+    return small

@@ -83,13 +83,13 @@ def video_writer(
     ------
     OSError
         When the file cannot be written, its ending is another one, or the pictures are
-        too large for its format.
+        too large for its format, or less than 2 px a side.
     """
     path = Path(path).absolute()  # FFmpeg takes what is before a colon for a protocol
     ending = path.suffix.lower()
     if ending not in CODECS:
         raise OSError(f"{path}: cannot be written; choose one of {', '.join(CODECS)}")
-    _refuse_large(path, size)
+    _refuse_size(path, size)
     codec = cv2.VideoWriter.fourcc(*CODECS[ending])
     with quiet(), _in_pieces(path) as name:
         writer = cv2.VideoWriter(str(name), cv2.CAP_FFMPEG, codec, fps, size)
@@ -105,7 +105,12 @@ def video_writer(
         opened.close()
 
 
-def _refuse_large(path: Path, size: tuple[int, int]) -> None:
+def _refuse_size(path: Path, size: tuple[int, int]) -> None:
+    if min(size) < 2:
+        raise OSError(
+            f"{path}: cannot be written: the pictures are {size[0]}x{size[1]} px, and "
+            "a video needs 2 px a side"
+        )
     longest = LONGEST_SIDE.get(path.suffix.lower())
     if longest and max(size) > longest:
         raise OSError(

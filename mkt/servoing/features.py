@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from mkt.checks import image_size, positive
-from mkt.regions import CX, CY, HX, HY, THETA, area
+from mkt.regions import CX, CY, HX, HY, THETA, area, wrap_angle
 from mkt.types import Array, ArrayLike, Regions
 
 # The angle comes back after a whole turn if a tracker counted it, after half a turn if
@@ -114,7 +114,7 @@ def features(regions: ArrayLike, camera: Camera, angle: str = "theta") -> Array:
 def _longer_axis(regions: Regions) -> Array:
     """Directions (...) of the longer axes of regions, in [-pi/2, pi/2)."""
     quarter = np.where(regions[..., HX] < regions[..., HY], np.pi / 2, 0.0)
-    return _wrapped(regions[..., THETA] + quarter, np.pi)
+    return wrap_angle(regions[..., THETA] + quarter, np.pi)
 
 
 def error(s: ArrayLike, desired: ArrayLike, angle: str = "theta") -> Array:
@@ -137,14 +137,8 @@ def error(s: ArrayLike, desired: ArrayLike, angle: str = "theta") -> Array:
     """
     _check_angle(angle)
     e = np.asarray(s, float) - np.asarray(desired, float)
-    e[..., 3] = _wrapped(e[..., 3], PERIODS[angle])
+    e[..., 3] = wrap_angle(e[..., 3], PERIODS[angle])
     return e
-
-
-def _wrapped(angles: Array, period: float) -> Array:
-    """The same angles in [-period / 2, period / 2)."""
-    wrapped = (angles + period / 2) % period - period / 2
-    return np.where(wrapped >= period / 2, -period / 2, wrapped)[()]  # rounded up
 
 
 def interaction_matrix(

@@ -101,7 +101,8 @@ class Run(NamedTuple):
     features, errors : (T, 4) array
         Those that the controller had.
     measured, estimated : (T, 4) array [1/s]
-        Of de/dt; NaN where nothing was measured.
+        Of de/dt; NaN where nothing was measured.  With a delay the first picture is
+        seen several times, and 0 is measured there.
     velocities : (T, 6) array [m/s, rad/s]
         The twist from frame k to k + 1.
     held : (T,) bool array
@@ -219,7 +220,7 @@ def _look(
         return _Sight(_jittered(truth, experiment.jitter, rng), False, None)
     frame = _frame(experiment, instant.k, instant.pose, instant.twist)
     if before is None:
-        return _Sight(truth, False, tracker.init(frame, truth, rng))
+        return _Sight(truth, False, tracker.init(frame, truth.copy(), rng))
     stepped = tracker.step(before.state, frame, rng)
     state, info = checked_step(tracker, stepped)
     return _Sight(info["region"], info["lost"], state)

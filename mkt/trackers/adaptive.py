@@ -172,8 +172,10 @@ class Adaptive:
         ValueError
             Where that lies outside the image.
         """
-        region = upright(region)
-        q = self.disc.histograms(self.bins(frame), region[None])[0]
+        return self._learnt(self.bins(frame), upright(region))
+
+    def _learnt(self, image: BinImage, region: Region) -> Model:
+        q = self.disc.histograms(image, region[None])[0]
         if not q.any():
             raise ValueError(
                 f"the region {in_words(region)} lies outside the image; "
@@ -183,9 +185,9 @@ class Adaptive:
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> AdaptiveState:
         """Start where a user or a detector says: learn the model, spread particles."""
-        model = self.learn(frame, region)
         region = upright(region)
         image = self.bins(frame)
+        model = self._learnt(image, region)
         half_axes = model.half_axes
         around = background(self.disc, image, half_axes, without=region)
         here = [*region[:2], 0, 0, *region[3:], 0]

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
+from mkt.checks import checked_frame
 from mkt.regions import from_box
 from mkt.types import Frame, Regions
 
@@ -38,10 +39,16 @@ def moving(frames: Sequence[Frame], smallest: int = 100) -> Regions:
     Raises
     ------
     ValueError
-        For fewer than two frames.
+        For fewer than two frames, for what is no frame, and for frames of several
+        sizes.
     """
     if len(frames) < 2:
         raise ValueError(f"{len(frames)} frames show no motion; give at least two")
+    if others := {checked_frame(frame).shape for frame in frames} - {frames[0].shape}:
+        raise ValueError(
+            f"frames have the shapes {frames[0].shape} and {others.pop()}; give frames "
+            "of one camera"
+        )
     subtractor = cv2.createBackgroundSubtractorMOG2(detectShadows=False)
     for frame in frames:
         mask = subtractor.apply(frame, learningRate=LEARN)

@@ -223,6 +223,7 @@ class Guided:
         checks.not_negative(self, "place", "size", "widening")
         checks.numbers(self, "found", "sure", "lost_above", "hidden_above", "doubtful")
         checks.numbers(self, "turn", "alike")
+        checks.of_kind(self.motion, Motion, "motion", "give a Motion, such as Motion()")
         checks.positive(self.motion, "position")
         self.fine.check_slopes()
 

@@ -94,9 +94,11 @@ class PlaneESM:
     def __post_init__(self):
         checks.counts(self, "iterations")
         checks.numbers(self, "lost_below")
-        if not self.blurs or any(blur < 1 or blur % 2 == 0 for blur in self.blurs):
+        widths = self.blurs if isinstance(self.blurs, tuple) else ()
+        odd = all(checks.is_whole(width, 1) and width % 2 for width in widths)
+        if not widths or not odd:
             raise ValueError(
-                f"blurs is {self.blurs}; give at least one odd width, such as 5"
+                f"blurs is {self.blurs}; give a tuple of odd widths, such as (25, 5)"
             )
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> ESMState:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from mkt.evaluation import SEEN
 from mkt.figures.film import drawn, stage
 from mkt.papers.cordoba2014.printed import COLORS, NAMES
 from mkt.plotting import draw_box, in_style, shade_frames, show_frame
@@ -42,7 +43,7 @@ def film(
     """
     fig, left, right = stage(3.0, len(clip))
     widths = {name: width(track) for name, track in tracks.items()}
-    hidden = clip.visibility < 0.5
+    hidden = clip.visibility <= SEEN
     with in_style():
         for name in tracks:
             right.plot([], [], color=COLORS[name], lw=2, label=NAMES[name])

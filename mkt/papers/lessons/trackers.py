@@ -439,7 +439,7 @@ def _draw_course(ax: Axes, clip: Clip, track: Track, iou: Array, k: int) -> None
     The frames in which the target is hidden, or said to be lost, are shaded.
     """
     times = np.arange(len(clip))
-    shade_frames(ax, times, clip.visibility < SEEN, color="0.8")
+    shade_frames(ax, times, clip.visibility <= SEEN, color="0.8")
     shade_frames(ax, times, track.lost, color="#d62728", alpha=0.2)
     ax.plot(times, iou, color=CURRENT, lw=2, label="overlap with the truth")
     dashed = {"color": "0.2", "ls": "--", "lw": 1.2}
