@@ -2,7 +2,7 @@
 
 A card moves as the items of `mkt.scenes.questions` do and tilts out of the image plane
 besides: its way-points by up to 45 degrees about each of its axes, and the smooth curve
-through them now and then by more, up to 78.  It faces the camera in the first frame,
+through them now and then by more, up to 79.  It faces the camera in the first frame,
 where it is learnt.
 
 Shown in notebook 16.
