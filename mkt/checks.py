@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mkt.regions import HX, HY, as_regions
-from mkt.types import ArrayLike, Frame, Region
+from mkt.types import ArrayLike, Frame, NDArray, Region
 
 HUGE = 1e9  # px: squares of half axes beyond it lose the digits that count
 MOST = 100_000  # of anything counted, such as particles: a frame then takes seconds
@@ -119,6 +119,12 @@ def counts(specification: Any, *fields: str, least: int = 1) -> None:
                 f"{field} is {value!r}; it must be a whole number, at least {least} "
                 f"and at most {MOST}"
             )
+
+
+def locked(array: NDArray) -> NDArray:
+    """The array, to which nobody may write from now on, for several share it."""
+    array.setflags(write=False)
+    return array
 
 
 def in_words(region: ArrayLike) -> str:

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from mkt import checks
+from mkt.checks import locked
 from mkt.regions import HX, HY
 from mkt.types import Array, ArrayLike, NDArray
 
@@ -131,27 +132,27 @@ class Kernels:
     def radii(self) -> Array:
         """(2,) half axes of each kernel's support in the object plane; h of (10)."""
         if self.layout in ("ellipse", "axes"):
-            return _locked(self.half_sides)
+            return locked(self.half_sides)
         if self.layout == "tiles":
-            return _locked(self.span * self.half_sides / 3)
+            return locked(self.span * self.half_sides / 3)
         # k kernels a side, neighbours half a radius apart, the outer ones touching the
         # border: h = 2 W / (k + 3).
         shorter = np.full(2, 2 * self.half_sides.min())
         sides = 2 * self.half_sides if self.elliptic else shorter
-        return _locked(self.span * sides * 2 / (GRIDS.get(self.layout, 3) + 3))
+        return locked(self.span * sides * 2 / (GRIDS.get(self.layout, 3) + 3))
 
     @cached_property
     def centres(self) -> Array:
         """(J, 2) kernel centres c_j in the object plane, row by row."""
         if self.layout == "axes":
-            return _locked(np.zeros((2, 2)))
+            return locked(np.zeros((2, 2)))
         on_tiles = self.layout in ("tiles", "cut")
         k = 3 if on_tiles else GRIDS.get(self.layout, 1)
         inside = np.maximum(self.half_sides - self.radii, 0)
         reach = self.half_sides * 2 / 3 if on_tiles else inside
         along = np.linspace(-1, 1, k) if k > 1 else np.zeros(1)
         places = np.stack(np.meshgrid(along, along), -1).reshape(-1, 2)
-        return _locked(reach * places)
+        return locked(reach * places)
 
     @cached_property
     def _grid(self) -> tuple[Array, Array, Array]:
@@ -171,7 +172,7 @@ class Kernels:
         order = _interleaved(weights)
         sums = weights.sum(1)
         normalised = np.ascontiguousarray(weights[:, order] / sums[:, None])
-        return _locked(points[order]), _locked(normalised), _locked(sums)
+        return locked(points[order]), locked(normalised), locked(sums)
 
     def weigh(self, plane: Array) -> Array:
         """k(r^2) of every kernel, not normalised.
@@ -215,7 +216,7 @@ class Kernels:
     def homogeneous(self) -> NDArray:
         """(3, n) float32: x, y and 1 of the points, for a product with affine maps."""
         rows = np.vstack([self.points.T, np.ones(len(self.points))])
-        return _locked(rows.astype(np.float32))
+        return locked(rows.astype(np.float32))
 
     @property
     def weights(self) -> Array:
@@ -257,7 +258,7 @@ class Kernels:
         raw = self.weigh(plane)
         slope = -2 * (plane - self.centres[:, None]) / self.radii**2
         slope *= (raw > 0)[..., None]
-        return _locked(np.moveaxis(slope, -1, 0) / raw.sum(1)[:, None])
+        return locked(np.moveaxis(slope, -1, 0) / raw.sum(1)[:, None])
 
     @cached_property
     def parts(self) -> NDArray | None:
@@ -265,7 +266,7 @@ class Kernels:
         seen = self.weights > 0
         constant = np.allclose(self.weights, seen / seen.sum(1, keepdims=True))
         alone = constant and (seen.sum(0) == 1).all()
-        return _locked(seen.argmax(0)) if alone else None
+        return locked(seen.argmax(0)) if alone else None
 
 
 @lru_cache(maxsize=64)
@@ -277,12 +278,6 @@ def _shared(kernels: Kernels) -> Kernels:
 def of_kernels(value: Any, name: str) -> None:
     """Refuse an argument that is no `Kernels`, such as the name of a layout."""
     checks.of_kind(value, Kernels, name, "give Kernels(layout), such as Kernels('3x3')")
-
-
-def _locked(array: NDArray) -> NDArray:
-    """An array that nobody may write to, for equal kernels share it."""
-    array.setflags(write=False)
-    return array
 
 
 def _pixel_grid(samples: int, aspect: float) -> Array:

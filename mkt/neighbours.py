@@ -22,7 +22,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy.sparse import block_diag, csr_array, kron
 
-from mkt.checks import of_kind
+from mkt.checks import locked, of_kind
 from mkt.colors import BinImage, ColorBins
 from mkt.histograms import coefficient
 from mkt.types import Array, ArrayLike, Frame, NDArray
@@ -105,7 +105,7 @@ def smoothing(bins: ColorBins) -> csr_array:
     colours = kron(_shared(hues, circular=True), _shared(saturations))
     S = csr_array(block_diag([colours, _shared(values)]), dtype=np.float32)
     for array in (S.data, S.indices, S.indptr):
-        array.setflags(write=False)  # all trackers share them
+        locked(array)
     return S
 
 

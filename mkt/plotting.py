@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
 from matplotlib.patheffects import Normal, Stroke
 
+from mkt.checks import locked
 from mkt.colors import Bins
 from mkt.kernels import Kernels
 from mkt.regions import corners
@@ -346,9 +347,7 @@ def bin_colors(bins: Bins) -> Array:
     values = lattice.reshape(-1, 3).T
     total = np.stack([np.bincount(labels, v, bins.m) for v in values], -1)
     mean = total / np.maximum(count, 1)[:, None] / 255
-    colors = np.where(count[:, None] > 0, mean, 1.0)
-    colors.setflags(write=False)  # all figures share them
-    return colors
+    return locked(np.where(count[:, None] > 0, mean, 1.0))
 
 
 def draw_histogram(ax: Axes, q: ArrayLike, bins: Bins, **labels: Any) -> None:

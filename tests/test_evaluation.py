@@ -30,7 +30,7 @@ from mkt.regions import area, corners, from_box, rotation, to_box, unwarp
 from mkt.scenes.drawn import Drawn
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
-from mkt.tracking import Sequence, Track, track
+from mkt.tracking import Sequence, Track, report, track
 from tests.strategies import regions
 
 
@@ -415,6 +415,28 @@ def test_a_start_that_is_refused_is_tried_again_in_the_next_frame():
     assert run.failures[0] == 10 and run.starts[:2] == [0, 22]
     with pytest.raises(ValueError, match="outside"):
         restarted(Choosy((2.0, 0.0)), seen(truth[15:]))
+
+
+class Trampling(NamedTuple):
+    """A tracker that moves the very region that it was given."""
+
+    def init(self, frame, region, rng):
+        region[:2] += 500
+        return region
+
+    def step(self, state, frame, rng):
+        return state, report(state, 0.1, False, 1)
+
+
+def test_a_tracker_that_changes_its_start_changes_no_truth():
+    clip = seen(np.tile([50.0, 40.0, 0.0, 10.0, 8.0], (9, 1)))
+    restarted(Trampling(), clip)
+    assert (clip.truth[:, :2] == [50, 40]).all()
+
+
+def test_no_frame_of_no_frames_is_scored():
+    clip = seen(np.tile([50.0, 40.0, 0.0, 10.0, 8.0], (9, 1)))
+    assert scored_frames(clip.part(slice(0, 0))).tolist() == []
 
 
 @pytest.mark.slow

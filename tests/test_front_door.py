@@ -9,6 +9,7 @@ import pytest
 
 import mkt
 from mkt.files import ROOT
+from mkt.scenes.textures import resized, texture
 
 WINGS = (
     "trackers",
@@ -101,3 +102,18 @@ def test_wings_and_modules_resolve(name):
     module = getattr(mkt, name)
     assert isinstance(module, ModuleType) and module.__name__ == f"mkt.{name}"
     assert printed(f"import mkt; print(mkt.{name}.__name__)") == f"mkt.{name}\n"
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        mkt.bin_colors(mkt.ColorBins()),
+        mkt.smoothing(mkt.ColorBins()).data,
+        resized("car", 0.5),
+        texture("car"),
+    ],
+    ids=["colours", "smoothing", "resized", "texture"],
+)
+def test_nobody_can_write_to_what_is_computed_once(array):
+    with pytest.raises(ValueError, match="read-only"):
+        array[...] = 0

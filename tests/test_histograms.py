@@ -260,6 +260,22 @@ def test_histograms_of_other_bins_are_not_compared(m):
         coefficient([[0.5, 0.5]], np.full(m, 1 / m))
 
 
+def test_few_samples_are_looked_up_for_many_regions():
+    """More rows at once than OpenCV counts to."""
+    image = ColorBins()(np.zeros((20, 20, 3), np.uint8))
+    one = Kernels("one", "uniform", aspect=1.0, samples=3)
+    region = np.array([10.0, 10, 0, 4, 4])
+    q = histograms(image, one, np.tile(region, (40_000, 1)))
+    assert np.allclose(q, histograms(image, one, region[None]))
+
+
+def test_more_samples_than_opencv_counts_to_are_refused_for_one_region_too():
+    image = ColorBins()(np.zeros((20, 20, 3), np.uint8))
+    many = Kernels(aspect=1.0, samples=40_000)
+    with pytest.raises(ValueError, match="samples is 40000, too many"):
+        sample(image, many, np.array([10.0, 10, 0, 4, 4]))
+
+
 def test_two_threads_do_not_share_their_room():
     rng = np.random.default_rng(0)
     images = [BinImage(rng.integers(0, 9, (60, 80), np.uint8), 9) for _ in range(2)]

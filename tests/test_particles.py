@@ -119,6 +119,16 @@ def test_weights_that_count_nothing_have_no_effective_sample_size(bad):
         effective_sample_size(bad)
 
 
+@pytest.mark.parametrize("total", [0.5, 2])
+def test_an_estimate_needs_weights_of_sum_one(total):
+    weights = np.full(2, total / 2)
+    with pytest.raises(ValueError, match="make them of sum 1"):
+        mean_region(np.ones((2, 5)), weights)
+    with pytest.raises(ValueError, match="make them of sum 1"):
+        effective_sample_size(weights)
+    assert effective_sample_size(np.full(50_000, 1 / 50_000, np.float32)) > 49_000
+
+
 def test_no_weights_follow_from_no_logarithms():
     with pytest.raises(ValueError, match="log_weights is empty; give one for each"):
         normalised([])

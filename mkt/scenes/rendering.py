@@ -23,6 +23,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mkt import checks
+from mkt.checks import locked
 from mkt.homographies import corners, of_regions
 from mkt.regions import HX
 from mkt.scenes.layers import FLAT, Layer, looks
@@ -153,8 +154,7 @@ def _rendered(scene: Scene, k: int) -> Frame:
     # In place, here and below: fresh memory costs as much as the arithmetic.
     noisy *= scene.noise
     frame = cv2.add(noisy, exposed, dtype=cv2.CV_8U)  # rounded, and kept in 0 ... 255
-    frame.setflags(write=False)
-    return frame
+    return locked(frame)
 
 
 def _noiseless(scene: Scene) -> Scene:
@@ -386,9 +386,7 @@ def _visibility(scene: Scene) -> Array:
         look[..., 3].sum() * (area / np.prod(np.array(look.shape[:2]) - 2))
         for look, area in zip(looks(scene.target, times), areas, strict=True)
     ]
-    visible = np.clip(np.array(seen) / whole, 0, 1)
-    visible.setflags(write=False)
-    return visible
+    return locked(np.clip(np.array(seen) / whole, 0, 1))
 
 
 def _opacity(scene: Scene, target: _Painted, *front: _Painted) -> float:

@@ -11,6 +11,7 @@ from functools import lru_cache
 
 import cv2
 
+from mkt.checks import locked
 from mkt.scenes import grounds, objects
 from mkt.scenes.photographs import PHOTOGRAPHS, photograph
 from mkt.types import NDArray
@@ -42,9 +43,7 @@ def texture(name: str) -> NDArray:
     """
     if name not in NAMES:
         raise ValueError(f"no texture {name!r}; there are {', '.join(NAMES)}")
-    rgba = PAINTED[name]() if name in PAINTED else photograph(name)
-    rgba.setflags(write=False)
-    return rgba
+    return locked(PAINTED[name]() if name in PAINTED else photograph(name))
 
 
 def wall(ground: str) -> str:
@@ -58,6 +57,4 @@ def resized(name: str, factor: float) -> NDArray:
     rgba = texture(name)
     size = tuple(max(round(factor * side), 2) for side in rgba.shape[1::-1])
     how = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
-    small = cv2.resize(rgba, size, interpolation=how)
-    small.setflags(write=False)  # all scenes share it
-    return small
+    return locked(cv2.resize(rgba, size, interpolation=how))

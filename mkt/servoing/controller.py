@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mkt.checks import are_finite, is_number, is_whole, positive
+from mkt.checks import are_finite, is_number, is_whole, locked, positive
 from mkt.regions import HX, HY
 from mkt.servoing import law
 from mkt.servoing.features import PERIODS, Camera, error, features, interaction_matrix
@@ -134,7 +134,7 @@ class Servo:
     @cached_property
     def goal(self) -> Array:
         """s* (4,), the features of the desired region."""
-        return features(self.desired, self.camera, self.angle)
+        return locked(features(self.desired, self.camera, self.angle))
 
     def init(self) -> ServoState:
         """The state before the first frame: at rest, nothing measured."""

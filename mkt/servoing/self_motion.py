@@ -25,7 +25,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mkt.checks import numbers
+from mkt.checks import locked, numbers
 from mkt.servoing.features import error
 from mkt.types import Array, ArrayLike
 
@@ -111,7 +111,7 @@ class Kalman:
     @cached_property
     def transition(self) -> Array:
         """F (2, 2) of the state (epsilon, nu)."""
-        return np.array([[1.0, 1.0], [0.0, self.rho]])
+        return locked(np.array([[1.0, 1.0], [0.0, self.rho]]))
 
     @cached_property
     def gain(self) -> Array:
@@ -120,9 +120,9 @@ class Kalman:
         P is the steady covariance that `control.dlqe` finds.
         """
         if self.ratio == 0:
-            return np.zeros(2)
+            return locked(np.zeros(2))
         if np.isinf(self.ratio):
-            return np.array([1.0, self.rho])
+            return locked(np.array([1.0, self.rho]))
         import control
 
         F = self.transition
@@ -130,7 +130,7 @@ class Kalman:
         Q = np.diag([0.0, self.ratio])
         R = 1.0
         _, P, _ = control.dlqe(F, np.eye(2), H, Q, R)
-        return P[:, 0] / (P[0, 0] + 1)
+        return locked(P[:, 0] / (P[0, 0] + 1))
 
     def step(self, state: Array, z: Array) -> Array:
         """Predict, then correct by the measurement.

@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mkt import checks
-from mkt.checks import checked_region
+from mkt.checks import checked_region, locked
 from mkt.colors import BinImage, Bins, ColorBins, of_bins
 from mkt.histograms import Target, coefficient, learn
 from mkt.homographies import (
@@ -92,9 +92,7 @@ def columns(kernels: Kernels, group: str) -> Array:
     points = kernels.points * kernels.half_sides
     dense = columns_at(kernels.weights, kernels.slopes, points, GROUPS[group])
     pairs = template(kernels)
-    shared = np.ascontiguousarray(dense[:, pairs.kernel, pairs.sample].T)
-    shared.setflags(write=False)  # all trackers share them
-    return shared
+    return locked(np.ascontiguousarray(dense[:, pairs.kernel, pairs.sample].T))
 
 
 def step_from(target: Target, image: BinImage, homography: Array, group: str) -> Array:

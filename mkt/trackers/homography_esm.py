@@ -28,7 +28,7 @@ import cv2
 import numpy as np
 
 from mkt import checks
-from mkt.checks import checked_frame, checked_region, in_words
+from mkt.checks import checked_frame, checked_region, in_words, locked
 from mkt.homographies import as_region, flow, moved, of_regions
 from mkt.regions import from_box
 from mkt.trackers.homography import plausible
@@ -234,9 +234,8 @@ def _motions(w: int, h: int, motions: tuple[int, ...]) -> NDArray:
     unit = (w * h) ** 0.5 / 2
     points = (np.column_stack([x.ravel(), y.ravel()]) - centre) / unit
     v, _ = flow(points, 8)
-    moves = np.ascontiguousarray(unit * np.moveaxis(v[list(motions)], 2, 0), np.float32)
-    moves.setflags(write=False)  # all trackers share them
-    return moves
+    moves = unit * np.moveaxis(v[list(motions)], 2, 0)
+    return locked(np.ascontiguousarray(moves, np.float32))
 
 
 def facing(frame: NDArray, homography: Array, picture: NDArray) -> NDArray:
@@ -250,9 +249,7 @@ def facing(frame: NDArray, homography: Array, picture: NDArray) -> NDArray:
 @lru_cache(maxsize=8)
 def _to_square(w: int, h: int) -> Array:
     """From the pixels of a picture to the canonical square, (3, 3)."""
-    matrix = np.linalg.inv(of_regions(from_box([0, 0, w, h])))
-    matrix.setflags(write=False)  # all trackers share it
-    return matrix
+    return locked(np.linalg.inv(of_regions(from_box([0, 0, w, h]))))
 
 
 def _standard(picture: NDArray, inside: NDArray) -> NDArray:

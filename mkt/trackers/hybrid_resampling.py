@@ -199,8 +199,7 @@ class HybridResampling:
             state, d, shares = self._found(
                 state, image, regions, weights, likelihoods, rng
             )
-        info = self._report(state, d, hidden, looked, regions, weights)
-        return state, info | {"shares": shares}
+        return state, self._report(state, d, hidden, looked, regions, weights, shares)
 
     def _cost(self, state: HybridState, hidden: bool) -> float:
         """Regions looked at in a frame after this state.
@@ -219,6 +218,7 @@ class HybridResampling:
         looked: float,
         regions: Regions,
         weights: Array,
+        shares: Array,
     ) -> Info:
         """The info of a step; inertia is assumed to have carried a hidden target."""
         region = state.estimate + self._onward(state) if hidden else state.estimate
@@ -231,6 +231,7 @@ class HybridResampling:
             n_eff=effective_sample_size(weights),
             particles=regions,
             weights=weights,
+            shares=shares,
         )
 
     def predict(self, state: HybridState, shape: tuple[int, int], rng: Rng) -> Regions:

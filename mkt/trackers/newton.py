@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csc_matrix
 
+from mkt.checks import locked
 from mkt.colors import BinImage
 from mkt.histograms import (
     Target,
@@ -72,9 +73,7 @@ def template(kernels: Kernels) -> Template:
     columns = np.stack([weights, -kx, -ky, kx * y - ky * x, -(x * kx + y * ky)], -1)
     kernel, sample = np.nonzero(weights)
     pairs = np.ascontiguousarray(columns[kernel, sample])
-    for array in (sample, kernel, pairs):
-        array.setflags(write=False)  # all trackers share them
-    return Template(sample, kernel, pairs)
+    return Template(locked(sample), locked(kernel), locked(pairs))
 
 
 def count(target: Target, labels: NDArray, columns: Array) -> Array:

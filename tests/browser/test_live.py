@@ -274,8 +274,7 @@ def test_newtons_steps_are_pythons(opened):
 
 def test_the_film_goes_beat_by_beat_and_back(opened):
     page = opened(BEATS, "#beats?frame=7&beat=3%20estimate")
-    panel = ready(page, place=1)
-    assert "Frame 7 of 59, 3 estimate" in panel.inner_text()
+    panel = ready(page, "Frame 7 of 59, 3 estimate", place=1)
     assert number(panel, "overlap with the truth") > 0.7
     step = panel.get_by_role("button", name="next beat")
     step.click()
@@ -298,7 +297,7 @@ def test_the_film_goes_beat_by_beat_and_back(opened):
 
 
 def test_lambda_particles_and_scheme_are_free_while_it_runs(opened):
-    panel = ready(opened(BEATS, "#beats?frame=12&lam=0&n=40"), place=1)
+    panel = ready(opened(BEATS, "#beats?frame=12&lam=0&n=40"), "Frame 12", place=1)
     assert "N_eff 40.0 of 40" in panel.inner_text()
     slide(panel, "scheme").select_option("systematic")
     assert "40 of 40 live on" in panel.inner_text()
@@ -320,7 +319,7 @@ def test_a_run_behind_the_wall_is_played_to_its_end_and_anew(opened):
 
 def test_a_wall_is_moved_in_by_mouse_and_by_keys_and_the_past_stays(opened):
     page = opened(BEATS, "#beats?frame=18")
-    panel = ready(page, place=1)
+    panel = ready(page, "Frame 18", place=1)
     seen = number(panel, "distance")
     frame = panel.locator("canvas").first
     drag(page, frame, (0.95, 0.5), (0.8, 0.5), (0.65, 0.5))

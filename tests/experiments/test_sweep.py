@@ -14,6 +14,7 @@ from joblib import parallel_config
 
 from mkt.experiments import sweep as sweeps
 from mkt.experiments.cache import SEAL
+from mkt.experiments.statistics import summaries
 from mkt.experiments.sweep import Job, jobs, sweep
 from mkt.files import ROOT, DataError
 from mkt.scenes.drawn import Drawn, drawn
@@ -72,6 +73,13 @@ def test_seeds_may_be_numpy_s_and_a_parameter_may_stand_alone(kept):
     rows = sweep(made, processes=1, parameters="iterations")
     assert rows["seed"].tolist() == [0, 1] and rows["iterations"].tolist() == [10, 10]
     assert made == jobs({"ssd": SSD()}, [Short(Drawn("base"))], range(2))
+    own = [dataclasses.replace(job, seed=np.int64(job.seed)) for job in made]
+    assert sweep(own, processes=1)["seed"].tolist() == [0, 1]
+
+
+def test_a_sweep_of_no_jobs_has_the_columns_of_any_other():
+    assert {"source", "tracker", "overlap"} <= set(sweep([]).columns)
+    assert not len(sweep([])) and summaries(sweep([])).empty
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from mkt.files import DataError
@@ -118,6 +119,28 @@ def test_wrong_settings_are_named(change, said, car, place):
     (place / "x.json").write_text(json.dumps(values))
     with pytest.raises(DataError, match=said):
         load(place / "x.json")
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        ({"every": 0}, "every is 0"),
+        ({"every": 1.5}, "every is 1.5"),
+        ({"first": -1}, "first is -1"),
+        ({"scale": 0}, "scale is 0"),
+        ({"box": (1, 2, 3, 4)}, r"box is \[1.0, 2.0, 3.0, 4.0\]"),
+        ({"box": (1, 2, 3, 4, np.nan)}, "box is"),
+        ({"numbers": {"n": np.inf}}, "n is inf; it must be a finite number"),
+        ({"numbers": {"lost_above": None}}, "lost_above is None"),
+    ],
+)
+def test_settings_that_cannot_be_are_named_where_they_are_made(change, said, car):
+    with pytest.raises(ValueError, match=said):
+        settled(**{"video": car, "box": films.BOX} | change)
+
+
+def test_a_box_may_be_an_array(car):
+    assert settled(car, np.array(films.BOX, float)) == settled(car, films.BOX)
 
 
 @pytest.mark.parametrize(

@@ -35,6 +35,22 @@ def test_what_moves_is_listed_the_largest_first():
     np.testing.assert_allclose(found[1], (16.5, 16.5, 0, 7, 7), atol=1)
 
 
+@pytest.mark.parametrize(
+    "frames, said",
+    [
+        ([np.zeros((9, 9, 3))] * 2, "a frame must be .* uint8 RGB"),
+        (["a.png", "b.png"], "a frame must be"),
+        (
+            [np.zeros((9, 9, 3), np.uint8), np.zeros((8, 9, 3), np.uint8)],
+            r"shapes \(9, 9, 3\) and \(8, 9, 3\); give frames of one camera",
+        ),
+    ],
+)
+def test_what_is_no_film_of_one_camera_is_refused(frames, said):
+    with pytest.raises(ValueError, match=said):
+        moving(frames)
+
+
 def test_two_frames_suffice_and_small_parts_are_noise():
     frames = blots((60, 40, 30, 24), frames=2)
     assert len(moving(frames)) == 1

@@ -86,6 +86,22 @@ def test_every_info_has_the_declared_keys(name):
             assert not OF_PARTICLES & set(info)
 
 
+def spoilt(name, values):
+    """The regions of a tracker whose infos are written over once they are read."""
+    regions = []
+    for info in follow(light(name), behind_gravel(6), seed=1):
+        regions.append(info["region"].copy())
+        for value in info.values():
+            if isinstance(value, np.ndarray):
+                value[...] = values
+    return np.array(regions)
+
+
+@pytest.mark.parametrize("name", by_name.quick())
+def test_what_a_step_tells_is_the_callers_own(name):
+    assert (spoilt(name, 0) == spoilt(name, 0.9)).all()
+
+
 @pytest.mark.parametrize("name", by_name.TRACKERS)
 def test_an_info_has_the_same_keys_and_shapes_in_every_frame(name):
     """So a track can hold each as one array, whatever happened in a frame."""
