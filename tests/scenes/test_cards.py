@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from mkt.homographies import of_regions, through
 from mkt.scenes.cards import KINDS, card
+from mkt.scenes.drawn import HELD_BACK
 from mkt.scenes.layers import Layer
-from mkt.scenes.paths import STILL
+from mkt.scenes.paths import STILL, spline
 from mkt.scenes.rendering import Scene, homographies, regions
 from mkt.scenes.textures import texture
 
@@ -65,3 +66,11 @@ def test_a_kind_is_what_it_says(kind):
     assert (clip.visibility.min() < 0.9) == (kind == "occlusion")
     assert clip.visibility.max() == pytest.approx(1, abs=0.02)
     assert clip.visibility.min() > 0.4
+
+
+def test_cards_turn_about_both_axes_and_now_and_then_far():
+    tilts = [spline(card("base", seed).target.tilt)(TIMES) for seed in HELD_BACK]
+    degrees = np.abs(np.rad2deg(tilts))
+    assert (degrees[:, 0] == 0).all()
+    assert (degrees.max((0, 1)) > 60).all() and degrees.max() < 80
+    assert degrees.max((1, 2)).min() > 25  # in every scene

@@ -1,5 +1,6 @@
 """The six twins: each has the difficulty that it is named for, over several seeds."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from mkt.regions import HX
 from mkt.scenes import SCENES
 from mkt.scenes.cordoba2014 import KINDS, LENGTH
-from mkt.scenes.rendering import regions
+from mkt.scenes.rendering import regions, render
 
 SEEDS = range(6)
 TIMES = np.arange(LENGTH, dtype=float)
@@ -53,8 +54,36 @@ def test_three_total_occlusions(kind, seed):
 def test_look_alikes_are_the_object_in_other_colors():
     for seed in SEEDS:
         scene = SCENES["passers"](seed)
+        own = tuple(replace(layer, hue=0.0) for layer in scene.front)
         assert {layer.texture for layer in scene.front} == {scene.target.texture}
-        assert all(layer.hue for layer in scene.front)
+        for k in (40, 80, 120):  # of a passing
+            assert change(scene, replace(scene, front=own), scene.target, k) > 4
+
+
+def change(scene, other, layer, k):
+    """How differently two scenes show the middle of a layer in a frame [grey levels].
+
+    Without blur and noise.
+    """
+    x, y, _, hx, hy = regions(scene, layer, float(k))
+    rows = slice(max(int(y - hy / 2), 0), int(y + hy / 2))
+    columns = slice(max(int(x - hx / 2), 0), int(x + hx / 2))
+    one, two = (
+        render(replace(each, noise=0.0, shutter=0.0), k)[rows, columns].astype(float)
+        for each in (scene, other)
+    )
+    return np.abs(one - two).mean()
+
+
+def test_four_copies_of_the_item_are_seen_round_it():
+    """The first has its colours, too."""
+    for seed in SEEDS:
+        scene = SCENES["clutter"](seed)
+        bare = replace(scene, behind=())
+        assert len(scene.behind) == 4 and scene.behind[0].hue == 0
+        assert {layer.texture for layer in scene.behind} == {scene.target.texture}
+        assert min(change(scene, bare, layer, 0) for layer in scene.behind) > 30
+        assert change(scene, bare, scene.target, 0) == 0
 
 
 def test_look_alikes_come_from_either_side():

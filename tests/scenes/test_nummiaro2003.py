@@ -95,6 +95,21 @@ def test_both_on_the_parking_place_can_be_followed(target, growth):
         stories.parking(0, "lorry")
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_van_on_the_parking_place_turns_its_side(seed):
+    """Its right half is another one late, its left half is still its rear."""
+    clip = reduced(stories.parking(seed))
+
+    def halves(k):
+        x, y, _, hx, hy = clip.truth[k]
+        middles = x - hx / 2, x + hx / 2
+        return [mean_color(clip.frames[k], [m, y, 0, hx / 2, hy]) for m in middles]
+
+    (left, right), (rear, side) = halves(40), halves(140)
+    assert max(np.abs(rear - left).max(), np.abs(right - left).max()) < 30
+    assert np.abs(side - rear).max() > 80
+
+
 def test_stories_follow_from_their_seed():
     for story in (stories.students, stories.parking, stories.traffic):
         assert story(3) == story(3) != story(4)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mkt.scenes.paths import roaming, spline
+from mkt.scenes.paths import BEAT, roaming, shaking, spline
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -16,3 +16,13 @@ def test_a_walk_starts_upright_and_in_its_own_size(seed):
 def test_a_walk_starts_from_rest(seed):
     x, y = spline(roaming(np.random.default_rng(seed)))([-0.25, 0, 0.25])[:, :2].T
     assert max(np.ptp(x), np.ptp(y)) < 0.3
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_camera_shakes_along_both_axes_turns_and_zooms(seed):
+    camera = shaking(np.random.default_rng(seed), 40 * int(BEAT), 10.0, 0.12)
+    x, y, turn, scale = np.array(camera)[:, 1:].T
+    assert (x[0], y[0], scale[0]) == (0, 0, 1)
+    assert (np.std([x, y], axis=1) > 7).all() and 0.005 < turn.std() < 0.02
+    zoom = np.log(scale)
+    assert zoom.min() < -0.08 and 0.08 < zoom.max() and np.abs(zoom).max() < 0.125

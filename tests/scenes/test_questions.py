@@ -1,11 +1,14 @@
 """The named tests for trackers: each asks the question that it is named for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from mkt.scenes import SCENES, questions
+from mkt.scenes import SCENES, questions, varied
 from mkt.scenes.paths import LENGTH
 from mkt.scenes.questions import occlusion
+from mkt.scenes.rendering import regions, render
 from tests.trackers.scenes import short
 
 SEEDS = range(4)
@@ -30,12 +33,42 @@ def test_look_alikes_are_one_of_the_colours_and_one_of_the_shape():
 
 def test_the_light_begins_neutral_and_then_changes():
     for seed in SEEDS:
-        gains = np.array(questions.illumination(seed).light)[:, 1:]
-        assert (gains[0] == 1).all() and np.abs(np.log(gains[1:])).max() > 0.2
+        gains = gains_of(questions.illumination(seed), (0, 40, 80))
+        assert gains[0] == pytest.approx(1)
+        assert gains.min() < 0.8  # it dims
+        assert np.ptp(gains[1:], axis=1).max() > 0.1  # and changes its colour
 
 
-def test_fast_bursts_are_blurred_and_others_hardly():
-    assert questions.blur(0).shutter > questions.base(0).shutter
+def gains_of(scene, frames):
+    """What the light makes of each channel in frames, (n, 3)."""
+    lit = replace(scene, noise=0.0, shutter=0.0)
+    neutral = replace(lit, light=((0.0, 1.0, 1.0, 1.0),))
+    means = [[render(each, k).mean((0, 1)) for k in frames] for each in (lit, neutral)]
+    return np.divide(*means)
+
+
+def speeds(scene):
+    """Speed of the centre [px/frame], once it has left its rest."""
+    centres = regions(scene, scene.target, np.arange(4.0, LENGTH))[:, :2]
+    return np.linalg.norm(np.diff(centres, axis=0), axis=1)
+
+
+def smeared(scene):
+    """How far the frame of the fastest motion is from a frozen one [grey levels]."""
+    k = 4 + int(np.argmax(speeds(scene)))
+    sharp = replace(scene, noise=0.0, shutter=0.0)
+    frames = [render(each, k) for each in (replace(scene, noise=0.0), sharp)]
+    return np.abs(np.diff(np.array(frames, float), axis=0)).mean()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_fast_bursts_are_blurred_and_others_hardly(seed):
+    """Those under a fast shutter are as fast, and sharp."""
+    blurred, base = questions.blur(seed), questions.base(seed)
+    swift = varied.swift(seed)
+    slow = speeds(base).mean()
+    assert min(speeds(blurred).mean(), speeds(swift).mean()) > 1.5 * slow
+    assert smeared(blurred) > 2 * smeared(base) and smeared(swift) == 0
 
 
 @pytest.mark.parametrize("name", SCENES)

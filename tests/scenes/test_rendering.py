@@ -244,3 +244,9 @@ def test_the_light_changes_with_time_and_the_noise_is_another_in_each_frame():
     still = replace(scene, light=((0.0, 1.0, 1.0, 1.0),), noise=4.0)
     one, two = (frame.astype(float) for frame in still.sequence().frames[:2])
     assert np.std(one - two) == pytest.approx(4 * 2**0.5, rel=0.1)
+
+
+def test_the_noise_of_a_frame_is_not_that_of_another_seed_s_frame():
+    still = Scene(Layer("car", 60.0, MIDDLE), length=2, size=(80, 60))
+    frames = [render(replace(still, seed=seed), k) for seed, k in ((3, 1), (4, 0))]
+    assert (frames[0] != frames[1]).mean() > 0.5

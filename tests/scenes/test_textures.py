@@ -16,6 +16,13 @@ def test_every_texture_is_there(name):
     assert rgba.dtype == np.uint8 and rgba[..., :3].std() > 10
 
 
+def test_a_ring_has_a_hole_in_its_middle():
+    alpha = texture("ring")[..., 3]
+    height, width = alpha.shape
+    across = alpha[height // 2, [width // 20, width // 2, -width // 20]]
+    assert across.tolist() == [255, 0, 255]
+
+
 def test_unknown_textures_are_named():
     scene = Scene(Layer("lorry", 60.0, standing(160, 120)))
     with pytest.raises(ValueError, match="no texture 'lorry'.*car"):
