@@ -1,8 +1,14 @@
 """SSD as a tracker: its spans, its bounds on the size, and what it refuses."""
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
+from mkt.colors import ColorBins
+from mkt.edges import EdgeBins
+from mkt.files import PACKAGE
 from mkt.kernels import Kernels
 from mkt.regions import displaced
 from mkt.scenes.layers import Layer
@@ -79,3 +85,34 @@ def test_the_size_is_bounded_and_the_aspect_kept(scale):
 def test_kernels_without_a_slope_are_refused_before_a_run(made, kernels):
     with pytest.raises(ValueError, match="kernels have no slope"):
         made(kernels)
+
+
+@pytest.mark.parametrize("bins", [ColorBins(), EdgeBins()], ids=["colours", "edges"])
+def test_a_run_in_another_thread_may_come_between_any_two_lines(bins):
+    """What is kept to work in, matrices and rooms for look-ups, is each thread's own.
+
+    To switch between threads often would meet the line where it matters by chance only.
+    """
+    tracker = SSD(bins=bins, iterations=2)
+    state = tracker.init(CLIP.frames[0], CLIP.truth[0], None)
+
+    def found(k):
+        begun = state._replace(region=displaced(CLIP.truth[0], 4 * k - 2))
+        return tracker.step(begun, CLIP.frames[k], None)[0].region
+
+    def interrupted(frame, event, arg):
+        if event == "line":
+            others.append(pool.submit(found, 1).result())
+        ours = frame.f_code.co_filename.startswith(str(PACKAGE))
+        return interrupted if ours else None
+
+    alone, other, others = found(0), found(1), []
+    before = sys.gettrace()
+    with ThreadPoolExecutor(1) as pool:
+        sys.settrace(interrupted)
+        try:
+            together = found(0)
+        finally:
+            sys.settrace(before)
+    np.testing.assert_array_equal(together, alone)
+    assert len(others) > 50 and (np.array(others) == other).all()
