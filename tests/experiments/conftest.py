@@ -1,5 +1,6 @@
 """Every test of this folder has a cache of its own, empty at first."""
 
+import cv2
 import pytest
 
 
@@ -9,3 +10,12 @@ def kept(tmp_path, monkeypatch):
     folder = tmp_path / "kept"
     monkeypatch.setenv("MKT_CACHE", str(folder))
     return folder
+
+
+@pytest.fixture
+def two_threads():
+    """OpenCV has two threads, and afterwards as many as before."""
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(2)
+    yield
+    cv2.setNumThreads(before)

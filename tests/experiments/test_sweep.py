@@ -8,6 +8,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from joblib import parallel_config
@@ -105,6 +106,14 @@ def test_what_makes_no_jobs_is_said(trackers, sources, seeds, said):
 def test_a_parameter_does_not_take_the_place_of_what_was_measured(name):
     with pytest.raises(ValueError, match=f"parameters has '{name}'"):
         sweep(short_jobs(), processes=1, parameters=["n", name])
+
+
+def test_runs_are_measured_on_one_thread(monkeypatch, two_threads):
+    def run(job):
+        return {"seed": job.seed, "threads": cv2.getNumThreads()}
+
+    monkeypatch.setattr(sweeps, "run", run)
+    assert sweep(short_jobs(), processes=1)["threads"].tolist() == [1, 1]
 
 
 def test_rows_come_in_order_and_from_the_cache(kept, monkeypatch):
@@ -335,6 +344,9 @@ def test_reading_frames_is_not_on_the_trackers_clock(monkeypatch):
             frame = super().__getitem__(k)
             now[0] += 5.0
             return frame
+
+        def __iter__(self):
+            return (self[k] for k in range(len(self)))  # a list's own reads past it
 
     class Timed(SSD):
         def step(self, state, frame, rng):
