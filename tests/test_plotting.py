@@ -8,14 +8,22 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from mkt.colors import ColorBins
+from mkt.kernels import Kernels
 from mkt.plotting import (
+    DESIRED,
     bin_colors,
     draw_ellipse,
     draw_histogram,
+    draw_kernels,
     draw_map,
     draw_region,
+    film_strip,
+    new_figure,
+    plot_track,
     shade_frames,
 )
+from mkt.regions import corners
+from mkt.tracking import Sequence, Track
 
 # From its middle (50, 40) its right side is 20 px away, to the right and downwards.
 TURNED = np.array([50, 40, np.deg2rad(30), 20, 8])
@@ -92,3 +100,68 @@ def test_shaded_frames_are_shaded_from_half_before_to_half_after_them(ax):
 def test_where_there_is_nothing_to_shade_nothing_is_shaded(ax):
     shade_frames(ax, np.arange(3), np.zeros(3, bool))
     assert not any(len(shade.get_paths()) for shade in ax.collections)
+
+
+@pytest.mark.parametrize("layout", ["3x3", "tiles"])
+def test_kernels_are_drawn_round_the_samples_that_they_weigh(ax, layout):
+    kernels = Kernels(layout, samples=2000, aspect=1.6)
+    draw_kernels(ax, kernels)
+    assert len(ax.patches) == len(kernels.weights)
+    for patch, weights in zip(ax.patches, kernels.weights, strict=True):
+        outline = patch.get_path().transformed(patch.get_patch_transform())
+        inside = outline.contains_points(kernels.points * kernels.half_sides)
+        assert np.mean(inside != (weights > 0)) < 0.01  # on the line
+    (crosses,) = ax.lines
+    assert np.allclose(crosses.get_xydata(), kernels.centres)
+
+
+@pytest.fixture
+def tracked():
+    """Four frames of four greys, their true regions, and a track that is 5 px off."""
+    truth = np.array([[20.0 + 10 * k, 30, 0.1 * k, 12, 8] for k in range(4)])
+    frames = [np.full((60, 80, 3), 50 * k, np.uint8) for k in range(4)]
+    found = truth + [5, 0, 0, 0, 0]
+    lost = np.array([False, False, True, False])
+    info = {"distance": np.array([0.0, 0.1, 0.7, 0.3])}
+    clip = Sequence("toy", frames, truth, np.ones(4))
+    return clip, Track(found, np.ones(4), lost, info)
+
+
+def outlines(ax):
+    """The boxes of the truth, twice, and of the estimate, as corners (4, 2)."""
+    return [line.get_xydata()[:4] for line in ax.lines[:3]]
+
+
+def assert_shows(ax, clip, regions, k):
+    """The frame, the true region and the estimate of frame k."""
+    (image,) = ax.images
+    assert (image.get_array() == clip.frames[k]).all()
+    expected = corners([clip.truth[k], clip.truth[k], regions[k]])
+    np.testing.assert_allclose(outlines(ax), expected)
+
+
+def test_a_track_is_plotted_with_its_distances_and_where_it_is_lost(tracked):
+    clip, track = tracked
+    fig = new_figure((4, 4))
+    plot_track(fig, track, clip, 2)
+    upper, lower = fig.axes
+    assert_shows(upper, clip, track.regions, 2)
+    assert upper.get_title() == "toy, frame 2, lost"
+    curve, here = lower.lines
+    assert curve.get_ydata().tolist() == track.info["distance"].tolist()
+    assert set(here.get_xdata()) == {2}
+    (shade,) = lower.collections
+    (span,) = shade.get_paths()
+    assert span.get_extents().intervalx.tolist() == [1.5, 2.5]
+    assert to_rgb(shade.get_facecolor()[0]) == to_rgb(DESIRED)
+
+
+def test_a_film_strip_shows_each_run_s_own_region_in_each_frame(tracked):
+    clip, track = tracked
+    other = track.regions + [0, 7, 0, 0, 0]
+    fig = new_figure((6, 4))
+    rows = {"one": (track.regions, "red"), "other": (other, "blue")}
+    film_strip(fig, clip, (1, 3), rows)
+    shown = [(regions, k) for regions, _ in rows.values() for k in (1, 3)]
+    for ax, (regions, k) in zip(fig.axes, shown, strict=True):
+        assert_shows(ax, clip, regions, k)

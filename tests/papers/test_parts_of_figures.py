@@ -12,6 +12,7 @@ import pytest
 from mkt.experiments import shipped
 from mkt.experiments.shipped import Made
 from mkt.papers import runs
+from mkt.papers.cordoba2014 import film
 from mkt.papers.cordoba2014 import table as table1
 from mkt.papers.cordoba2014 import tracking as cordoba
 from mkt.papers.cordoba2014.looks import LOOKS, RIVALS
@@ -23,7 +24,7 @@ from mkt.papers.teuliere2009.servoing import self_motion
 from mkt.plotting import new_figure
 from mkt.regions import HX, HY
 from mkt.scenes.teuliere2009 import fast
-from mkt.tracking import Sequence
+from mkt.tracking import Sequence, Track
 from tests.papers.drawing import numbers
 
 BOX = np.array([50.0, 40.0, 0.0, 20.0, 10.0])
@@ -32,7 +33,8 @@ BOX = np.array([50.0, 40.0, 0.0, 20.0, 10.0])
 def clip(visible):
     """A box that stands still, of which so much is visible in each frame."""
     truth = np.tile(BOX, (len(visible), 1))
-    return Sequence("toy", [None] * len(visible), truth, np.array(visible, float))
+    frames = [np.zeros((80, 100, 3), np.uint8)] * len(visible)
+    return Sequence("toy", frames, truth, np.array(visible, float))
 
 
 # [C14]
@@ -88,6 +90,26 @@ def test_who_hits_in_most_frames_after_an_occlusion_is_back(hits, back):
     iou[9 : 9 + hits] = 0.9
     hidden = clip([1] * 2 + [0] * 2 + [1] * 20)
     assert cordoba.found_again(iou, hidden) == (back, 1)
+
+
+def test_the_film_shades_hidden_frames_alone_up_to_its_own(monkeypatch):
+    """Its curve ends there, too, and the box is that of the frame."""
+    monkeypatch.setattr(film, "drawn", lambda fig, draw, moments: (fig, draw))
+    hidden = clip([1, 1, 0.2, 0.2, 1, 0.1, 1])
+    regions = np.tile(BOX, (7, 1))
+    regions[:, 0] += np.arange(7)
+    particles = np.zeros((7, 31, 5))
+    particles[..., 0] = np.arange(1, 8)[:, None] * np.linspace(0, 10, 31)
+    run = Track(regions, np.ones(7), np.zeros(7, bool), {"particles": particles})
+    fig, draw = film.film(hidden, {"pfhr": run})
+    draw(5)
+    left, right = fig.axes
+    spans = [each.get_extents().intervalx for each in right.collections[-1].get_paths()]
+    assert np.array(spans).tolist() == [[1.5, 3.5], [4.5, 5.5]]
+    times, widths = right.lines[-1].get_data()
+    assert times.tolist() == list(range(6))
+    assert widths == pytest.approx([8, 16, 24, 32, 40, 48])  # of the middle 80 %
+    assert left.lines[-1].get_xydata()[:4].mean(0).tolist() == [55, 40]
 
 
 # [T09]

@@ -29,6 +29,13 @@ def test_carphone():
     assert np.abs(np.degrees(clip.truth[:, 2])).max() < 30
 
 
+def test_the_first_and_the_last_frame_are_annotated_as_they_were_drawn():
+    """With angles in radians, and half axes that are half of them."""
+    first = [87.3, 57.2, np.radians(-8), 28, 44]
+    last = [70.2, 56.5, np.radians(-12.5), 29.5, 48]
+    assert np.allclose(carphone().truth[[0, 119]], [first, last], atol=0.01)
+
+
 def test_carphone_ellipses_lie_on_the_head():
     clip = carphone()
     for frame, (cx, cy, *_) in zip(clip.frames, clip.truth, strict=True):

@@ -82,6 +82,12 @@ def test_starts_are_spread_and_leave_something_to_track():
     assert begun == spread + [last - k for k in spread]
 
 
+def test_a_short_sequence_is_halved_at_most():
+    made_of = parts(Whole([1.0] * 40), 3)
+    lengths = [len(part.sequence()) for part in made_of]
+    assert lengths == [40, 30, 21] * 2 and len(made_of) == 6
+
+
 def test_each_part_is_another_source_under_the_name_of_the_whole():
     every = parts(Whole([1.0] * 200), 4)
     assert len({part.identity() for part in every}) == len(every) == 8
