@@ -54,6 +54,8 @@ def first_light(target: Target, bins: Bins, frame: Frame, region: Region) -> Lig
 def relit(frame: Frame, gains: Array) -> Frame:
     """A frame, or any pixels (H, W, 3) uint8, as they would be under gains of 1.
 
+    Fractions of a grey level are cut off, so that it is a little too dark.
+
     Raises
     ------
     ValueError
