@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from mkt.colors import ColorBins
 from mkt.histograms import counts
 from mkt.kernels import Kernels
-from mkt.trackers.close_up import close_up
+from mkt.trackers.close_up import close_up, cut_out
 from tests.trackers.scenes import STANDING
 
 BINS = ColorBins()
@@ -41,6 +41,15 @@ def halves(border, axis):
     places = np.indices(frame.shape[:2])[axis]
     frame[..., 0], frame[..., 2] = 255 * (places < border), 255 * (places >= border)
     return frame
+
+
+def test_a_pixel_of_a_small_close_up_is_the_mean_of_its_block():
+    """Not one of them: noise goes down with the size."""
+    frame = np.zeros((240, 320, 3), np.uint8)
+    frame[::2, ::2] = frame[1::2, 1::2] = 200  # a fine chequerboard
+    region = np.array([[150.0, 115.0, 0.0, 24.0, 18.0]])
+    part, _ = cut_out(frame, region, 2)
+    assert (part == 100).all()
 
 
 @pytest.mark.parametrize("axis", [0, 1])

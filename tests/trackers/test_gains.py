@@ -51,6 +51,15 @@ def test_a_second_look_goes_on_from_the_first():
     assert np.allclose(light.gains, np.array([1.6, 1.4, 1.2]) ** 0.75, rtol=0.02)
 
 
+def test_beyond_the_image_the_light_is_that_at_its_border():
+    """Black there would be taken for less light."""
+    frame = np.full((80, 120, 3), (90, 110, 70), np.uint8)
+    half_out = np.array([0.0, 40.0, 0.0, 30.0, 20.0])
+    target = learn(BINS(frame), REGION, Kernels("3x3"))
+    light = first_light(target, BINS, frame, half_out)
+    assert np.allclose(light.colors, (90, 110, 70))
+
+
 def test_gains_stay_within_two_stops():
     light = first(patches())
     dark = replace_gains(light, 0.26)

@@ -95,6 +95,23 @@ def test_the_velocity_is_learnt_from_sure_looks_alone(doubtful, learnt):
     np.testing.assert_allclose(after.velocity, expected, atol=0.7 if learnt else 0)
 
 
+def test_of_each_look_half_of_the_movement_becomes_velocity():
+    for before, _, after, _ in steps(Guided(n=50), MOVING):
+        seen = after.region[:2] - before.region[:2]
+        np.testing.assert_allclose(after.velocity, (before.velocity + seen) / 2)
+
+
+def test_what_is_binned_holds_the_place_to_which_the_velocity_leads(monkeypatch):
+    """Also where no particle is: a target that was seen to move by 90 px a frame."""
+    tracker, clip, rng = Guided(n=50), STANDING.sequence(), np.random.default_rng(0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    there = displaced(clip.truth[0], dx=90.0)
+    frame = np.roll(clip.frames[0], 90, 1)
+    state = state._replace(velocity=np.array([90.0, 0.0]))
+    _, info = tracker.step(state, frame, rng)
+    assert overlap(info["region"], there) > 0.9
+
+
 def test_the_first_sure_look_after_others_says_nothing_of_the_velocity():
     tracker, clip, rng = Guided(n=50), MOVING.sequence(), np.random.default_rng(0)
     state = tracker.init(clip.frames[0], clip.truth[0], rng)._replace(missed=3)

@@ -27,6 +27,13 @@ def test_a_picture_shows_the_same_at_every_pitch():
     assert np.corrcoef(near, far)[0, 1] > 0.95
 
 
+def test_pictures_are_smoothed_so_that_noise_of_single_pixels_counts_little():
+    noise = np.random.default_rng(0).normal(0, 60, (2, *FRAME.shape))
+    noisy = (np.clip(FRAME + each, 0, 255).astype(np.uint8) for each in noise)
+    first, second = (picture_of(frame, REGION, 1).ravel() for frame in noisy)
+    assert np.corrcoef(first, second)[0, 1] > 0.9
+
+
 @pytest.mark.parametrize("pitch", [1, 2])
 @pytest.mark.parametrize(
     "off",
