@@ -15,6 +15,7 @@ from mkt.scenes import rendering
 from mkt.scenes.layers import Layer
 from mkt.scenes.paths import STILL, standing
 from mkt.scenes.rendering import Scene, regions, render
+from mkt.scenes.textures import resized
 
 MOVING = (
     (0.0, 110.0, 100.0, 0.0, 1.0),
@@ -212,6 +213,16 @@ def test_the_background_moves_with_the_camera():
     scene = Scene(away, length=2, camera=pan, shutter=0.0, noise=0.0)
     before, after = scene.sequence().frames
     assert np.array_equal(after[:-7, 12:], before[7:, :-12])
+
+
+def test_a_still_camera_sees_the_middle_of_the_background():
+    plane = resized("bricks", 0.5)[..., :3]
+    height, width = 90 + plane.shape[0] % 2, 120 + plane.shape[1] % 2
+    top, left = (plane.shape[0] - height) // 2, (plane.shape[1] - width) // 2
+    away = Layer("car", 20.0, standing(-300, -300))
+    scene = Scene(away, length=1, background="bricks", noise=0.0, size=(width, height))
+    seen = plane[top : top + height, left : left + width]
+    assert scene.zoom == 0.5 and np.array_equal(render(scene, 0), seen)
 
 
 def test_all_turns_together_with_a_rolling_camera():
