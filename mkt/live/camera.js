@@ -363,6 +363,7 @@ class Tracking {
       (point) => {
         if (!this.small) return false;
         this.choose();
+        this.box = null; // a tap alone does not bring back the first one
         from = toPixels(point);
       },
       (point) => {

@@ -252,9 +252,10 @@ class Histograms {
       const { values } = this.controls;
       this.controls.set({ x: values.x + right, y: values.y + down });
     });
-    this.frame.hovered((point) => this.light(point && this.binAt(point)));
-    this.seen.hovered((point) => this.light(point && this.sampleAt(point)));
-    this.bars.hovered((point) => this.light(point && this.barAt(point)));
+    const lit = (at) => (point) => this.q && this.light(point && at(point));
+    this.frame.hovered(lit((point) => this.binAt(point)));
+    this.seen.hovered(lit((point) => this.sampleAt(point)));
+    this.bars.hovered(lit((point) => this.barAt(point)));
     this.bars.keyed(([right, down]) => {
       const at = this.filled.indexOf(this.bin) + right - down;
       this.light(this.filled.at(at < 0 ? -1 : at % this.filled.length));

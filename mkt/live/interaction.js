@@ -15,7 +15,7 @@ const AXES = ["v_x", "v_y", "v_z", "\u03c9_x", "\u03c9_y", "\u03c9_z"];
 const PAIRS = [0, 4, 1, 3, 2, 5]; // beside a translation the turn that looks like it
 
 const signed = (value) =>
-  Math.abs(value) > 5e-4
+  Math.abs(value) >= 5e-3
     ? `${value < 0 ? "\u2212" : "+"}${Math.abs(value).toFixed(2)}`
     : "0";
 

@@ -27,6 +27,7 @@ import {
   outline,
   SLICE,
   takeOver,
+  within,
 } from "./page.js";
 
 const STEPS = 10;
@@ -206,13 +207,17 @@ class Newton {
     if (!this.home) return;
     const box = this.basinBox(width, height);
     const [left, top, w, h] = box;
-    this.home.forEach((iou, i) => {
-      const row = CELLS - 1 - Math.floor(i / CELLS);
-      const light = Math.round(95 - 60 * Math.max(iou, 0));
-      pen.fillStyle = Number.isNaN(iou) ? "#8884" : `hsl(203 60% ${light}%)`;
-      const [cw, ch] = [w / CELLS, h / CELLS];
-      pen.fillRect(left + (i % CELLS) * cw, top + row * ch, cw + 0.5, ch + 0.5);
-    });
+    // The middles of the outer cells lie on the edges of the box.
+    const [cw, ch] = [w / (CELLS - 1), h / (CELLS - 1)];
+    within(pen, box, () =>
+      this.home.forEach((iou, i) => {
+        const row = CELLS - 1.5 - Math.floor(i / CELLS);
+        const light = Math.round(95 - 60 * Math.max(iou, 0));
+        pen.fillStyle = Number.isNaN(iou) ? "#8884" : `hsl(203 60% ${light}%)`;
+        const x = left + ((i % CELLS) - 0.5) * cw;
+        pen.fillRect(x, top + row * ch, cw + 0.5, ch + 0.5);
+      }),
+    );
     pen.fillStyle = pen.strokeStyle;
     const limits = {
       x: [-REACH, REACH],

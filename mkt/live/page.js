@@ -308,16 +308,20 @@ export class Canvas {
   // Follow a mouse or a finger: places in the canvas's own pixels; `done` at the end.
   dragged(begin, follow, done) {
     this.node.classList.add("mkt-drag");
+    let held = null; // the pointer that drags: a second finger does nothing
     this.node.addEventListener("pointerdown", (event) => {
-      if (event.button || begin(this.placeOf(event), event) === false) return;
-      this.node.setPointerCapture(event.pointerId);
-      const move = (moved) => follow(this.placeOf(moved), moved);
-      const end = () => {
-        this.node.removeEventListener("pointermove", move);
-        done();
-      };
-      this.node.addEventListener("pointermove", move);
-      this.node.addEventListener("lostpointercapture", end, { once: true });
+      if (event.button || held !== null) return;
+      if (begin(this.placeOf(event), event) === false) return;
+      held = event.pointerId;
+      this.node.setPointerCapture(held);
+    });
+    this.node.addEventListener("pointermove", (event) => {
+      if (event.pointerId === held) follow(this.placeOf(event), event);
+    });
+    this.node.addEventListener("lostpointercapture", ({ pointerId }) => {
+      if (pointerId !== held) return;
+      held = null;
+      done();
     });
   }
 
@@ -348,6 +352,16 @@ export class Canvas {
       step(ways[event.key], event);
     });
   }
+}
+
+// What is drawn inside a box [left, top, width, height] alone.
+export function within(pen, box, draw) {
+  pen.save();
+  pen.beginPath();
+  pen.rect(...box);
+  pen.clip();
+  draw();
+  pen.restore();
 }
 
 // Words at a place, aligned as the pen is.

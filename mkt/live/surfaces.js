@@ -25,10 +25,12 @@ import {
   pixels,
   SLICE,
   takeOver,
+  within,
 } from "./page.js";
 
 const [CELLS, COARSE] = [61, 4]; // a side; while a hand moves, every fourth
 const TURN = 60; // [deg]
+const HIGH = 0.9; // where the colours of the distance end, but for larger ones
 const EXTENT = 30; // [px] where no slider says it
 const RED = "#cb1118";
 
@@ -266,14 +268,19 @@ class Surfaces {
     const [left, top, w, h] = this.mapBox(width, height);
     const small = el("canvas", { width: CELLS, height: CELLS });
     const cells = new ImageData(CELLS, CELLS);
+    const high = Math.max(HIGH, ...this.maps.flatMap((each) => [...each]));
     for (let i = 0; i < map.length; i++) {
       const row = CELLS - 1 - Math.floor(i / CELLS);
-      const color = this.viridis[Math.min(Math.round((map[i] / 0.9) * 255), 255)];
+      const color = this.viridis[Math.round((map[i] / high) * 255)];
       cells.data.set([...color, 255], 4 * (row * CELLS + (i % CELLS)));
     }
     small.getContext("2d").putImageData(cells, 0, 0);
     pen.imageSmoothingEnabled = this.whole;
-    pen.drawImage(small, left, top, w, h);
+    // The middles of the outer cells lie on the edges of the box.
+    const [dw, dh] = [w / (CELLS - 1), h / (CELLS - 1)];
+    within(pen, [left, top, w, h], () =>
+      pen.drawImage(small, left - dw / 2, top - dh / 2, w + dw, h + dh),
+    );
     const { extent } = this;
     const { x, rotation } = this.controls.values;
     const limits = {

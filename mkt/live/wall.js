@@ -208,13 +208,11 @@ class Wall {
       this.asked = null;
       this.said.textContent = words;
     }
-    if (kind !== "run") return;
-    const { key, run } = this.asked;
+    if (kind !== "run" || !this.asked) return;
+    const { key } = this.asked;
     this.asked = null;
-    if (ticket === this.place) {
-      this.done.set(key, tracks);
-      this.keep(tracks, run);
-    }
+    // Of settings that have changed since, it is kept for when they come back.
+    if (ticket === this.place) this.done.set(key, tracks);
     this.next();
     this.draw();
   }
@@ -344,7 +342,13 @@ class Wall {
     const ink = pen.strokeStyle;
     const truth = this.curve(this.truth, which);
     const [right, bottom] = this.size;
-    const limits = which === 2 ? this.turns(truth) : [[0, right], [bottom, 0]][which];
+    const limits =
+      which === 2
+        ? this.turns(truth)
+        : [
+            [0, right],
+            [bottom, 0],
+          ][which];
     pen.textAlign = "left";
     pen.fillText(quantity, 2, 13);
     this.trackers.forEach((tracker, i) => {
