@@ -2,6 +2,7 @@
 
 import time
 from collections import namedtuple
+from enum import Enum
 
 import numpy as np
 import pytest
@@ -93,11 +94,29 @@ class Few(list):
     """A list by another name."""
 
 
+class Word(str, Enum):  # noqa: UP042 (the str of a StrEnum is what it should be)
+    """A word by another name."""
+
+    KEEP = "keep"
+
+
+class Measured:
+    """What numpy takes for an array, as it does a series of pandas."""
+
+    def __init__(self, *values):
+        self.values = values
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array(self.values, dtype)
+
+
 @pytest.mark.parametrize(
     "value, seen",
     [
         (range(3), [0, 1, 2]),
         (Few([1, 2]), [1, 2]),
+        (Word.KEEP, "keep"),
+        (Measured(None), (0, "Measured", [])),
         (True, True),
         (type("Deep", (float,), {})(0.5), 0.5),
         (2 + 1j, 2 + 1j),
@@ -115,6 +134,7 @@ def test_arrays_are_seen_as_they_are_and_each_in_one_place():
     for one, other in zip(answered(arrays), arrays, strict=True):
         np.testing.assert_array_equal(one, other)
         assert one.dtype == other.dtype
+    np.testing.assert_array_equal(answered(Measured(1, 2)), [1, 2])
     with pytest.raises(TypeError):
         unpack(b'[["l", [["a", 0], ["a", 0]]], [["<f8", [1]]]]\n' + bytes(8), None)
 
@@ -129,11 +149,25 @@ def test_a_named_tuple_can_be_taken_apart_and_a_generator_is_named():
     )
     checks = {
         "two": "x, y = two()\nassert x + y + two().y + two()[0] + len(two()) == 8",
+        "tuple": "assert isinstance(two(), tuple) and two()[:1] == (1,)",
+        "array": "import numpy as np\nassert np.shape(two()) == (2,)",
         "lazy": "x, y = lazy()",
     }
     said = verdicts([two], checks, 5)
     assert list(said) == ["lazy"] and "of the type generator" in said["lazy"]
     assert "return numbers, a tuple" in said["lazy"]
+
+
+def test_nothing_that_a_cell_prints_is_kept():
+    """Or who prints much in each call takes the memory of the other pieces."""
+    loud = Cell("loud", "print('z' * 1_000_000)")
+    held = Cell(
+        "held",
+        "def held():\n"
+        "    from IPython import get_ipython\n"
+        "    return len(str(get_ipython().history_manager.outputs))",
+    )
+    assert verdicts([loud, held], {"held": "assert held() < 1000, held()"}, 9) == {}
 
 
 def test_no_name_is_looked_for_in_a_cell_without_end():

@@ -515,6 +515,20 @@ def test_lab_4_prints_the_frames_of_which_its_text_speaks(capsys):
     assert "from frame 46 on, for five frames" in cell_of(lab, "material-text")
 
 
+@pytest.mark.slow
+def test_lab_4_says_where_its_threshold_lies_and_how_little_it_matters():
+    lab = "lab_4_combining_both"
+    pieces = ("threshold", "optimise-now", "combined-step", "run")
+    names = executed(lab, "imports", "material", "distances", *pieces)
+    clip, ours = names["clip"], names["mkt"].Combined().threshold
+    limit = names["threshold"](names["in_view"], names["in_hiding"])
+    assert f"yours is {limit:.2f}".replace("0.", ".") in cell_of(lab, "threshold-read")
+    assert names["in_view"].max() < ours < names["in_hiding"].min()
+    for seed in range(3):
+        walked = [names["run"](clip, one, seed)[1] > 0 for one in (ours, limit)]
+        assert (walked[0] != walked[1]).sum() <= 3
+
+
 @pytest.fixture(scope="module")
 def behind_a_car():
     """The names of lab 5 after its runs behind a car."""

@@ -7,6 +7,7 @@ values.
 """
 
 import _thread
+import contextlib
 import io
 import os
 import pickle
@@ -53,6 +54,10 @@ class Accused:
 
             def enable_gui(self, gui=None):
                 """Do nothing."""
+
+            def _tee(self, channel):
+                """Keep nothing of what is printed: it may be more than memory holds."""
+                return contextlib.nullcontext()
 
         self.requests, self.replies = requests, replies
         config = Config({"HistoryManager": {"enabled": False}})

@@ -81,13 +81,16 @@ class Kept:
         self.kind, self.fields = kind, fields
 
     def __iter__(self) -> Iterator[Any]:
-        return iter([getattr(self, field) for field in self._named()])
+        return iter([self._asked(field) for field in self._named()])
 
     def __len__(self) -> int:
         return len(self._named())
 
-    def __getitem__(self, place: int) -> Any:
-        return getattr(self, self._named()[place])
+    def __getitem__(self, place: int | slice) -> Any:
+        fields = self._named()[place]
+        if isinstance(place, slice):
+            return tuple(map(self._asked, fields))
+        return self._asked(fields)
 
     def _named(self, *_: Any) -> Any:
         if self.fields:
@@ -102,8 +105,31 @@ class Kept:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
+        return self._asked(name)
+
+    def _asked(self, name: str) -> Any:
         request = {"do": "get", "kept": self.number, "name": name}
         return self.student.ask(request)["value"]
+
+
+class KeptTuple(Kept, tuple):
+    """Stands for a named tuple: a tuple for a check, too, as it is in a notebook."""
+
+    def __new__(cls, *_: Any) -> "KeptTuple":
+        """One without elements of its own, for they stay with the student."""
+        return super().__new__(cls)
+
+    def __getattr__(self, name: str) -> Any:
+        if (
+            name not in self.fields
+        ):  # or numpy asks for a shape, and is told of an error
+            raise AttributeError(name)
+        return self._asked(name)
+
+
+def kept(student: "Student", number: int, kind: str, fields: list[str]) -> Kept:
+    """What stands for an object of a student's, see `Kept`."""
+    return (KeptTuple if fields else Kept)(student, number, kind, fields)
 
 
 class Function:
@@ -296,7 +322,7 @@ class Student:
             if left <= 0:  # however many messages there are
                 raise queue.Empty
             message = self.answers.get(timeout=left)
-            answer = unpack(message or b"", partial(Kept, self))
+            answer = unpack(message or b"", partial(kept, self))
             for k, state in answer["states"].items():
                 self.generators[k].bit_generator.state = state
             return answer

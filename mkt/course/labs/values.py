@@ -14,6 +14,7 @@ import numpy as np
 
 LARGEST = 64 * 2**20  # [bytes] of a message from the accused
 KINDS = "biufcUS"  # of numpy: numbers and text, nothing that points elsewhere
+ARRAYS = (np.ndarray, np.generic)
 
 
 def lock(*arrays: np.ndarray) -> None:
@@ -53,20 +54,31 @@ def _nested(value: Any, arrays: list[np.ndarray], keep: Callable[[Any], int]) ->
 
     if isinstance(value, complex) and not isinstance(value, np.generic):
         value = np.complex128(value)
-    if isinstance(value, (np.ndarray, np.generic)) and value.dtype.kind in KINDS:
+    value = _as_array(value)
+    if isinstance(value, ARRAYS) and value.dtype.kind in KINDS:
         arrays.append(np.asarray(value))
         return ["a" if isinstance(value, np.ndarray) else "s", len(arrays) - 1]
     if value is None or isinstance(value, bool):
         return value
-    for plain in (int, float, str):  # of a subclass, what is plain in it
+    for plain in (int, float):  # of a subclass, what is plain in it
         if isinstance(value, plain):
             return plain(value)
+    if isinstance(value, str):
+        return str.__str__(value)  # str(value) of an Enum is its name
     if isinstance(value, dict):
         return ["d", inner(value.items())]
     fields = getattr(value, "_fields", ()) if isinstance(value, tuple) else ()
     if isinstance(value, (list, tuple, range)) and not fields:
         return ["t" if isinstance(value, tuple) else "l", inner(value)]
     return ["k", [keep(value), type(value).__name__, fields]]
+
+
+def _as_array(value: Any) -> Any:
+    """The array of numbers or text that a value, such as a series of pandas, is."""
+    if isinstance(value, ARRAYS) or not hasattr(type(value), "__array__"):
+        return value
+    array = np.asarray(value)
+    return array if array.dtype.kind in KINDS else value
 
 
 def unpack(message: bytes, kept: Callable[[int, str, list[str]], Any]) -> Any:
