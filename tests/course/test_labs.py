@@ -444,6 +444,15 @@ def test_every_question_says_to_the_teacher_what_its_points_are_for(lab):
 
 
 @each_lab
+def test_a_question_and_the_place_for_its_answer_are_one_cell(lab):
+    """Who writes an answer under the question has then written it in its place."""
+    for cell in of_role(released(LABS[lab]), "question").values():
+        title = f"## In your own words ({points(cell):g} points, read by a person)\n"
+        assert cell.source.startswith(title)
+        assert "?" in cell.source.partition(STUBS["markdown"])[0]
+
+
+@each_lab
 def test_the_empty_lab_has_neither_solutions_nor_hidden_tests(lab):
     text = nbformat.writes(released(LABS[lab]))
     assert "BEGIN " not in text and "END " not in text
@@ -529,6 +538,25 @@ def test_lab_4_says_where_its_threshold_lies_and_how_little_it_matters():
         assert (walked[0] != walked[1]).sum() <= 3
 
 
+@pytest.mark.slow
+def test_lab_6_says_how_large_its_cloud_is_and_when_the_judge_says_hidden():
+    lab = "lab_6_hybrid_resampling"
+    names = executed(lab, *"imports size verdict moved spread filter pillars".split())
+    clip = names["clip"]
+    run = names["mkt"].track(names["Filter"](), clip)
+    lost, shown = run.lost, clip.visibility > 0.5
+    ends = np.flatnonzero(shown[1:] & ~shown[:-1]) + 1
+    last_seen = [np.flatnonzero(~lost[:end])[-1] for end in ends]
+    taus = ends - last_seen
+    units = np.sqrt(run.regions[last_seen, 3] * run.regions[last_seen, 4])
+    widths = 2 * (0.4 + 0.1 * taus) * units
+    words = f"all {widths.min():.0f} to {widths.max():.0f} pixels wide"
+    assert words in cell_of(lab, "pillars-predict")
+    assert abs(taus.mean() - 25) < 1
+    begins = np.flatnonzero(lost[1:] & ~lost[:-1]) + 1  # each at the rim of a pillar
+    assert len(begins) == 3 and clip.visibility[begins].max() < 0.7
+
+
 @pytest.fixture(scope="module")
 def behind_a_car():
     """The names of lab 5 after its runs behind a car."""
@@ -540,7 +568,7 @@ def behind_a_car():
 def test_who_keeps_the_first_model_and_who_learns_too_fast_lose_the_car_of_lab_5(
     behind_a_car,
 ):
-    """As its question 1 and the model answer have it."""
+    """As its question and the model answer have it."""
     car = behind_a_car["car"]
     runs = [behind_a_car[name] for name in ("stays", "hasty", "learns")]
     stays, hasty, learns = (overlap(run.regions, car.truth)[-20:] for run in runs)
