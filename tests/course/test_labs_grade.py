@@ -1,6 +1,7 @@
 """`labs grade` goes through a folder whatever is in it."""
 
 import json
+import unicodedata
 from pathlib import Path
 
 import nbformat
@@ -105,7 +106,8 @@ def test_grade_takes_flat_folders_and_names_what_is_of_no_lab(toy):
 
 def test_files_side_by_side_say_whose_they_are_also_under_shortened_names(toy):
     folder = toy / "sub2"
-    for file in ("zoe_lab_1", "Li Wei-lab_2 (1)", "lab_3", "tom_toy", "mine"):
+    files = ("zoe_lab_1", "Li Wei-lab_2 (1)", "lab_3", "tom_toy", "bob homework")
+    for file in files:
         hand_in(folder / f"{file}.ipynb", answer(**GOOD))
     found = submissions(folder, ["toy"], ())
     assert {one.path.stem: one.student for one in found} == {
@@ -113,9 +115,9 @@ def test_files_side_by_side_say_whose_they_are_also_under_shortened_names(toy):
         "Li Wei-lab_2 (1)": "Li Wei",
         "lab_3": "sub2",
         "tom_toy": "tom",
-        "mine": "sub2",
+        "bob homework": "bob homework",
     }
-    assert {one.path.stem for one in found if not one.named} == {"lab_3", "mine"}
+    assert {one.path.stem for one in found if not one.named} == {"lab_3"}
 
 
 def test_a_submission_cannot_pass_a_check_under_another_cells_name(toy):
@@ -263,6 +265,80 @@ def test_grade_finds_answers_above_the_stub_and_in_cells_below_the_question_and_
         "below": ("why: Look below.", ""),
         "stub": ("", "0"),
     }
+
+
+def test_text_in_another_place_than_the_answer_waits_for_a_person(toy):
+    """Above the question, or in comments; but not what was written about the code."""
+    stub = GOOD | {"why": "Why?\n\nYOUR ANSWER HERE"}
+    above, comment, code = (answer(**stub) for _ in range(3))
+    above.cells.insert(0, nbformat.v4.new_markdown_cell("Because I\n\nsay so."))
+    comments, tried = "# Because I\n# say so.", "# Try it.\nadd(1, 2)"
+    comment.cells.append(nbformat.v4.new_code_cell(comments))
+    code.cells.append(nbformat.v4.new_code_cell(tried))
+    for student, notebook in {"above": above, "comment": comment, "code": code}.items():
+        hand_in(toy / "submitted" / student / "toy.ipynb", notebook)
+    rows = graded(toy / "submitted", toy / "grades.csv")
+    assert {one: (row["why"], row["total"]) for one, row in rows.items()} == {
+        "above": ("", ""),
+        "comment": ("", ""),
+        "code": ("0", "3"),
+    }
+    said = "why: not answered in its place; other text of the student's:"
+    assert f"{said} Because I say so." in rows["above"]["note"].splitlines()
+    assert f"{said} # Because I # say so." in rows["comment"]["note"].splitlines()
+    assert rows["above"]["answers"] == "elsewhere: Because I\nsay so."
+    assert rows["code"]["note"] == "why: not answered"
+
+
+def test_a_lab_without_one_of_its_cells_may_be_an_older_version(toy):
+    old = answer(**GOOD | {"six": None, "why": None})
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", old)
+    note = graded(toy / "submitted", toy / "grades.csv")["ada"]["note"]
+    for cell in ("six", "why"):
+        assert f"the cell {cell} is missing: an older version of the lab?" in note
+
+
+def test_a_cell_of_ones_own_that_takes_too_long_is_said_to_cost_nothing(toy):
+    slow = answer(**GOOD)
+    slow.cells.append(nbformat.v4.new_code_cell("while True:\n    pass"))
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", slow)
+    (row,) = graded(toy / "submitted", toy / "grades.csv", "--limit", "2").values()
+    assert row["points"] == "3" and "(this cell costs no points)" in row["note"]
+    slow.cells[0].source = "while True:\n    pass"
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", slow)
+    rows = graded(toy / "submitted", toy / "grades.csv", "--limit", "2")
+    assert "costs no points" not in rows["bob"]["note"].partition("check_add: ")[0]
+
+
+def test_one_line_names_the_files_without_marks(toy, capsys):
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    graded(toy / "submitted", toy / "grades.csv")
+    assert "no marks" not in capsys.readouterr().err
+    for student in ("bob", "eve"):
+        hand_in(toy / "submitted" / student / "toy.zip", student)
+    graded(toy / "submitted", toy / "grades.csv")
+    line = "no marks, see the notes in the table: bob/toy.zip, eve/toy.zip\n"
+    assert line in capsys.readouterr().err
+
+
+def test_an_accent_makes_no_second_student(toy):
+    names = [unicodedata.normalize(form, "Zoë") for form in ("NFC", "NFD")]
+    for name, text in zip(names, (answer(**GOOD), answer()), strict=True):
+        hand_in(toy / "submitted" / name / "toy.ipynb", text)
+    graded(toy / "submitted", toy / "grades.csv")
+    found = table.read(toy / "grades.csv")
+    assert [row["student"] for row in found] == [names[0]] * 2
+    assert all("another file of this lab by this student" in r["note"] for r in found)
+
+
+def test_what_is_too_large_for_a_notebook_is_told_the_remedy(toy, monkeypatch):
+    monkeypatch.setattr("mkt.course.labs.submissions.LARGEST", 1e4)
+    large = answer(**GOOD)
+    large.cells.append(nbformat.v4.new_markdown_cell("x" * 10_000))
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", large)
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer(**GOOD))
+    rows = graded(toy / "submitted", toy / "grades.csv")
+    assert "Clear Outputs of All Cells), save, grade again" in rows["ada"]["note"]
 
 
 def test_a_notebook_of_the_time_before_cells_had_ids_is_graded(toy, recwarn):

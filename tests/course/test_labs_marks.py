@@ -1,10 +1,12 @@
 """Marks reach students: the table that a teacher fills in, and the pages."""
 
+import nbformat
 import pytest
 
 from mkt.course import cli
 from mkt.course.labs import grading, marks, table
 from mkt.course.labs.notebooks import headings, labs, name, of_role
+from mkt.course.labs.submissions import GONE
 from tests.course.toy_lab import GOOD, answer, graded, hand_in
 
 # Each starts students' programs; a quick loop leaves them out.
@@ -79,6 +81,58 @@ def test_no_page_has_model_answers_while_work_is_handed_in(toy):
     assert "Because." not in page(toy / "grades.csv", "ada")
     merged(toy / "grades.csv")
     assert "Because." in page(toy / "grades.csv", "ada")
+
+
+def test_pages_with_model_answers_stay_when_more_is_graded(grades, toy):
+    """And new ones have none, until the table is summed up again."""
+    typed(grades, "2,5")
+    merged(grades)
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer())
+    graded(toy / "submitted", grades)
+    assert "Because." in page(grades, "ada")
+    assert "Because." not in page(grades, "bob")
+    merged(grades)
+    assert "Because." in page(grades, "bob")
+
+
+def test_points_that_were_typed_are_on_the_page_after_the_next_run(grades, toy):
+    typed(grades, "2,5")
+    graded(toy / "submitted", grades)
+    assert "3.5 of 6 points" in page(grades, "ada")
+
+
+def test_a_row_says_that_its_file_is_gone_and_its_page_does_not(grades, toy):
+    folder = toy / "submitted"
+    first, second = folder / "ada" / "toy.ipynb", folder / "ada_toy.ipynb"
+    first.rename(second)
+    graded(toy / "submitted", grades)
+    notes = {row["file"]: row["note"].splitlines() for row in table.read(grades)}
+    assert notes["ada/toy.ipynb"][0] == GONE and GONE not in notes["ada_toy.ipynb"]
+    pages = (toy / "grades_pages" / "ada").glob("*.html")
+    assert [GONE in one.read_text(encoding="utf-8") for one in pages] == [False] * 2
+    second.rename(first)
+    graded(toy / "submitted", grades)
+    notes = {row["file"]: row["note"].splitlines() for row in table.read(grades)}
+    assert GONE in notes["ada_toy.ipynb"] and GONE not in notes["ada/toy.ipynb"]
+
+
+def test_points_typed_for_text_in_another_place_go_with_that_text_alone(toy):
+    notebook = answer(**GOOD | {"why": "Why?\n\nYOUR ANSWER HERE"})
+    text = nbformat.v4.new_markdown_cell("Because I say so.")
+    notebook.cells.insert(0, text)
+    path = toy / "submitted" / "ada" / "toy.ipynb"
+    hand_in(path, notebook)
+    graded(toy / "submitted", toy / "grades.csv")
+    typed(toy / "grades.csv", "2")
+    notebook.cells.append(nbformat.v4.new_code_cell("add(1, 2)"))
+    hand_in(path, notebook)
+    graded(toy / "submitted", toy / "grades.csv")
+    assert {row["why"] for row in table.read(toy / "grades.csv")} == {"2"}
+    text.source = "Now I know."
+    notebook.cells[0] = text
+    hand_in(path, notebook)
+    graded(toy / "submitted", toy / "grades.csv")
+    assert {row["why"] for row in table.read(toy / "grades.csv")} == {"2", ""}
 
 
 def test_everything_that_is_no_number_of_points_is_named_at_once(grades, toy):

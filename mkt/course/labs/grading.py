@@ -6,6 +6,7 @@ started again.  A file that was handed in again has another row; the older ones 
 and have no page.
 """
 
+import sys
 import tempfile
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -24,11 +25,19 @@ from mkt.course.labs.marks import (
     faults,
     marks,
     merged,
+    missing,
+    other_text,
     reasons,
 )
 from mkt.course.labs.marks import read as read_notebook
 from mkt.course.labs.notebooks import labs, name, of_role, points
-from mkt.course.labs.submissions import NOTHING, Submission, coincidences, handed_in
+from mkt.course.labs.submissions import (
+    GONE,
+    NOTHING,
+    Submission,
+    coincidences,
+    handed_in,
+)
 from mkt.course.labs.table import COLUMNS, Row
 from mkt.course.labs.variants import written_name
 from mkt.files import new_file
@@ -38,6 +47,9 @@ OURS = "not graded, and not by the student's fault"
 OLDER = "an older version of this file"
 ELSEWHERE = "the typed points are in the row of an older version, whose answer differs"
 UNANSWERED = "not answered"
+# Which a person has to read.
+ASIDE = "not answered in its place; other text of the student's:"
+BEGINNING = 200  # [letters] of it in the note; all of it is among the answers
 NAMELESS = "no student's name in that of the file; the folder's stands for it"
 Labs = Mapping[str, NotebookNode]
 
@@ -84,6 +96,7 @@ def grade(
         raise ValueError(f"{why}; or say --trust-the-students")
     sources = labs()
     rows = _rows_so_far(output)
+    before = [_on_page(row) for row in rows]
     failed = [row for row in rows if row["note"].startswith(OURS)]
     rows = [row for row in rows if row not in failed]
     with tempfile.TemporaryDirectory(prefix="mkt-labs-") as copies:
@@ -105,15 +118,30 @@ def grade(
                 rows.append(row)
                 _write(output, rows, [row], sources, comma)
             rows = _rows_so_far(output) if rows else []
-            _write(output, rows, rows, sources, comma)
+            _sum_up(rows, sources)
+            changed = [
+                row
+                for row in rows
+                if _on_page(row) not in before or not pages.is_there(output, row)
+            ]
+            _write(output, rows, changed, sources, comma)
         except KeyboardInterrupt:
             state = f"has {len(rows)} rows" if rows else "was not begun"
             raise InterruptedError(
                 f"stopped: {output} {state}; the same command goes on from there"
             ) from None
-    return [
-        f"{row['file']}: {row['note']}" for row in rows if row["note"].startswith(OURS)
-    ]
+    troubles = [row for row in rows if row["note"].startswith(OURS)]
+    unmarked = [row for row in rows if not row["points"] and row not in troubles]
+    if unmarked:
+        files = ", ".join(row["file"] for row in unmarked)
+        print(f"no marks, see the notes in the table: {files}", file=sys.stderr)
+    return [f"{row['file']}: {row['note']}" for row in troubles]
+
+
+def _on_page(row: Row) -> Row:
+    """What the page of a row depends on."""
+    lines = [line for line in row["note"].splitlines() if line != GONE]
+    return {key: text for key, text in row.items() if text} | {"note": "\n".join(lines)}
 
 
 def merge(output: Path) -> None:
@@ -147,12 +175,16 @@ def _without_late(rows: list[Row], found: Iterable[Submission]) -> list[Row]:
 
 
 def _tell_older(rows: list[Row], found: Iterable[Submission]) -> None:
-    """Note in each row whether its file has been handed in again since."""
+    """Note in each row whether its file has been handed in again, or is gone."""
     newest = dict(map(_key, found))
     for row in rows:
-        lines = [line for line in row["note"].splitlines() if line != OLDER]
-        if row["sha256"] != newest.get(row["file"], row["sha256"]):
-            lines.insert(0, OLDER)
+        lines = [line for line in row["note"].splitlines() if line != GONE]
+        if row["file"] not in newest:
+            lines.insert(0, GONE)
+        else:
+            lines = [line for line in lines if line != OLDER]
+            if row["sha256"] != newest[row["file"]]:
+                lines.insert(0, OLDER)
         row["note"] = "\n".join(lines)
 
 
@@ -167,7 +199,7 @@ def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
         typed = [
             old
             for old in older
-            if old.get(one) and f"{one}: {UNANSWERED}" not in old["note"]
+            if old.get(one) and f"{one}: {UNANSWERED}" not in old["note"].splitlines()
         ]
         same = [
             old[one]
@@ -302,6 +334,12 @@ def _names(found: Iterable[Submission]) -> dict[Path, str]:
     return names
 
 
+def _unanswered(aside: str) -> str:
+    """What is said of a question without an answer, and of text in other places."""
+    beginning = " ".join(aside[: 10 * BEGINNING].split())[:BEGINNING]
+    return f"{ASIDE} {beginning}" if aside else UNANSWERED
+
+
 def _key(one: Submission) -> tuple[str, str]:
     """By what a row recognises a submission."""
     return table.harmless(str(one.path)), one.sha256
@@ -369,24 +407,27 @@ class _Grader:
         results = marks(lab, failures)
         said = answers(lab, notebook)
         questions = of_role(lab, "question")
+        aside = other_text(lab, notebook) if questions.keys() - said else ""
+        texts = said | ({"elsewhere": aside} if aside else {})
         renamed = f"not called after its lab, {one.lab}, but its cells are of it"
         notes = [
             *([] if str(one.lab) in one.path.stem else [renamed]),
             *([] if one.named else [NAMELESS]),
             *self.odd[one.path],
-            *(f"{one}: {UNANSWERED}" for one in questions if one not in said),
+            *(f"{one}: {_unanswered(aside)}" for one in questions if one not in said),
+            *missing(lab, notebook),
             *edited(lab, notebook),
             *faults(merged(lab, notebook), failures),
             *reasons(results),
         ]
-        texts = {
+        written = {
             "note": "\n".join(notes),
-            "answers": "\n\n".join(f"{one}: {text}" for one, text in said.items()),
+            "answers": "\n\n".join(f"{one}: {text}" for one, text in texts.items()),
         }
         return (
             most
             | {mark.check: f"{mark.points:g}" for mark in results}
-            | {question: "" if question in said else "0" for question in questions}
+            | {one: "" if one in said or aside else "0" for one in questions}
             | {"points": f"{sum(mark.points for mark in results):g}"}
-            | texts
+            | written
         )

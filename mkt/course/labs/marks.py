@@ -18,6 +18,9 @@ from mkt.course.labs.judge import judged
 from mkt.course.labs.notebooks import headings, name, of_role, points, released, role
 from mkt.course.labs.student import UNWRITTEN, Cell
 
+SLOW = "not finished after"  # says `mkt.course.labs.student`
+FREE = " (this cell costs no points)"
+
 
 class Mark(NamedTuple):
     """What a check gave.
@@ -143,7 +146,7 @@ def answers(lab: NotebookNode, notebook: NotebookNode) -> dict[str, str]:
     It is looked for in the question's cell, without the lab's own lines, and in text
     cells of the student's own below it.
     """
-    ours = {line for cell in released(lab).cells for line in _lines(cell)}
+    ours = _our_lines(lab)
     questions = of_role(lab, "question")
     said: dict[str, list[str]] = {}
     question = None
@@ -158,6 +161,33 @@ def answers(lab: NotebookNode, notebook: NotebookNode) -> dict[str, str]:
     return {question: "\n".join(lines) for question, lines in said.items() if lines}
 
 
+def other_text(lab: NotebookNode, notebook: NotebookNode) -> str:
+    """What a student wrote that is neither the lab's, nor code, nor an answer.
+
+    Such as a text cell above the question, or a cell of nothing but comments.
+    """
+    said = "\n".join(answers(lab, notebook).values())
+    told = _our_lines(lab) | {line.strip() for line in said.splitlines()}
+    return "\n".join(
+        line
+        for cell in notebook.cells
+        if cell.cell_type != "code" or _is_comment(cell)
+        for line in cell.source.splitlines()
+        if line.strip() and line.strip() not in told
+    )
+
+
+def _is_comment(cell: NotebookNode) -> bool:
+    """Whether a cell of the student's own has nothing in it that runs."""
+    lines = filter(None, _lines(cell))
+    return role(cell) is None and all(line.startswith("#") for line in lines)
+
+
+def _our_lines(lab: NotebookNode) -> set[str]:
+    """The lines of a lab as students get it."""
+    return {line for cell in released(lab).cells for line in _lines(cell)}
+
+
 def _lines(cell: NotebookNode) -> list[str]:
     return [line.strip() for line in cell.source.splitlines()]
 
@@ -165,7 +195,8 @@ def _lines(cell: NotebookNode) -> list[str]:
 def faults(notebook: NotebookNode, failures: Mapping[str, str]) -> list[str]:
     """What went wrong outside the checks, in sentences, without what only follows.
 
-    That is in the cells that the student writes, and in whatever failed first.
+    That is in the cells that the student writes, and in whatever failed first.  Of a
+    cell of the student's own that takes too long they say that it costs nothing.
     """
     where = {
         cell: cell if place == cell else f'under "{place}"'
@@ -173,8 +204,9 @@ def faults(notebook: NotebookNode, failures: Mapping[str, str]) -> list[str]:
     }
     first = list(failures)[:1]
     told = {*of_role(notebook, "solution"), *first} - {*of_role(notebook, "check")}
+    own = {name(cell) for cell in notebook.cells if role(cell) is None}
     return [
-        f"{where[cell]}: {words}"
+        f"{where[cell]}: {words}{FREE if cell in own and SLOW in words else ''}"
         for cell, words in failures.items()
         if cell in told and cell in where and words != UNWRITTEN
     ]
@@ -190,6 +222,16 @@ def edited(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
         if theirs.get(cell) != original.source.strip()
     }
     return [f"{cell}: was {deed}, the original counts" for cell, deed in deeds.items()]
+
+
+def missing(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
+    """Which cells for code and answers a notebook has not, in sentences."""
+    there = {name(cell) for cell in notebook.cells}
+    return [
+        f"the cell {cell} is missing: an older version of the lab?"
+        for cell in of_role(lab, "solution", "question")
+        if cell not in there
+    ]
 
 
 def reasons(marks: Iterable[Mark]) -> list[str]:

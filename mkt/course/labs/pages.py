@@ -8,7 +8,7 @@ import jinja2
 from nbformat import NotebookNode
 
 from mkt.course.labs.notebooks import headings, of_role, points
-from mkt.course.labs.submissions import OF_OTHERS
+from mkt.course.labs.submissions import GONE, OF_OTHERS
 from mkt.course.labs.table import Row
 from mkt.files import whole
 
@@ -54,13 +54,20 @@ def write(output: Path, row: Row, lab: NotebookNode, models: bool) -> None:
             for check, cell in of_role(lab, "check", "question").items()
         ],
         notes=[
-            one for one in row["note"].splitlines() if not one.startswith(OF_OTHERS)
+            one
+            for one in row["note"].splitlines()
+            if one != GONE and not one.startswith(OF_OTHERS)
         ],
         answers=_models(lab) if models and row["total"] else {},
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole(path) as half:
         half.write_text(page, encoding="utf-8")
+
+
+def is_there(output: Path, row: Row) -> bool:
+    """Whether a row has a page."""
+    return _path(output, row).is_file()
 
 
 def remove(output: Path, row: Row) -> None:

@@ -6,6 +6,7 @@ All files are copied before anything of the students' runs.
 import hashlib
 import shutil
 import stat
+import unicodedata
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +19,7 @@ SHORT = "lab_"  # with which the names of labs begin, should a file have no more
 LARGEST = 50e6  # [bytes] of a notebook
 SHOWN = 3  # files that a sentence lists by name
 NOTHING = "nothing was handed in"  # in a folder of a student
+GONE = "this file is no longer in the folder"
 ARCHIVES = (".zip", ".tar", ".gz", ".tgz", ".7z", ".rar")
 # Sentences that begin so name other students.
 OF_OTHERS = SAME_NAME, SAME_FILE = (
@@ -96,7 +98,8 @@ def submissions(
 
     They are STUDENT/[.../]LAB.ipynb, as nbgrader's ``submitted`` has them, or
     STUDENT_LAB.ipynb; the name of the lab may stand anywhere in that of the file.  In
-    STUDENT_lab_1.ipynb a file's name is cut short, but says whose it is.
+    STUDENT_lab_1.ipynb a file's name is cut short, but says whose it is, and in
+    STUDENT.ipynb it says nothing else.
     Hidden files do not count.
 
     Parameters
@@ -154,16 +157,14 @@ def _submission(folder: Path, path: Path, names: list[str]) -> Submission:
     lab = next((lab for lab in names if lab in path.stem), None)
     if len(path.parts) > 1:
         student = path.parts[0]
+    elif lab or SHORT in path.stem:
+        student = path.stem.partition(lab or SHORT)[0].strip("_- ")
     else:
-        student = _before(path.stem, lab or SHORT).strip("_- ")
+        student = path.stem  # of no lab, as it seems, and so perhaps of a student
     named = bool(student)
-    return Submission(student or folder.resolve().name, lab, path, named=named)
-
-
-def _before(text: str, part: str) -> str:
-    """What stands before a part of a text, "" where that is not in it."""
-    found, part, _ = text.partition(part)
-    return found if part else ""
+    # An "e" with its accent, and an "e" and an accent, are one name.
+    student = unicodedata.normalize("NFC", student or folder.resolve().name)
+    return Submission(student, lab, path, named=named)
 
 
 def _copied(folder: Path, one: Submission, copies: Path) -> Submission:
@@ -196,7 +197,10 @@ def _trouble(path: Path) -> str:
     if path.suffix.lower() != ".ipynb":
         return f"not a notebook: {path.suffix or path.name}"
     if about.st_size > LARGEST:
-        return f"{about.st_size / 1e6:.0f} MB is too large for a notebook"
+        return (
+            f"{about.st_size / 1e6:.0f} MB is too large for a notebook: clear its "
+            "outputs (Edit, Clear Outputs of All Cells), save, grade again"
+        )
     return ""
 
 
