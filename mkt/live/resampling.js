@@ -123,9 +123,7 @@ class Resampling {
     const box = [38, 22, width - 46, height - 62];
     const limits = { x: [0, 0.7], y: [0, 1], xlabel: "distance d", ylabel: "weight w" };
     const { across, down } = axes(pen, box, limits);
-    this.w.forEach((w, i) =>
-      dot(pen, across(this.d[i]), down(w), 6, this.colors[i]),
-    );
+    this.w.forEach((w, i) => dot(pen, across(this.d[i]), down(w), 6, this.colors[i]));
   }
 
   drawOffspring(pen, width, height) {
