@@ -195,9 +195,9 @@ def _without_extras(error: Exception) -> str:
 
 def _in_own_tracker(error: Exception) -> DataError | None:
     """Where a tracker of the user's own failed; None for other errors."""
-    from mkt.course import own_tracker  # heavy, and there already if it was needed
-
-    return own_tracker.failed(error)
+    # Heavy, and what it imports may be what is broken: it is there if one was entered.
+    own_tracker = sys.modules.get("mkt.course.own_tracker")
+    return own_tracker.failed(error) if own_tracker else None
 
 
 def _fault(error: Exception) -> str:

@@ -101,13 +101,7 @@ def diagnose() -> Iterator[Finding]:
     yield from _folder(environment.ROOT)
     yield from virtual_environment()
     if environment.is_current():
-        yield from packages()
-        yield from one_opencv()
-        yield from codecs()
-        yield from widgets()
-        yield from kernel()
-        yield from data_sets()
-        yield from browser()
+        yield from inside()
         yield box()
 
 
@@ -234,14 +228,23 @@ def _version(name: str) -> str:
         return ""
 
 
+def inside() -> Iterator[Finding]:
+    """What works in the environment; a broken package stops the check of it alone."""
+    for check in (packages, one_opencv, codecs, widgets, kernel, data_sets, browser):
+        try:
+            yield from check()
+        except ImportError as error:
+            yield Finding(WRONG, check.__name__, str(error), _anew())
+
+
 def one_opencv() -> Iterator[Finding]:
     """Two wheels of OpenCV write into one folder, and the first of them is broken."""
     wheels = [name for name in OPENCV if _version(name)]
     yield _judged(
         len(wheels) == 1,
         "OpenCV",
-        ", ".join(f"{name} {_version(name)}" for name in wheels),
-        f"two share one folder: {_anew()}",
+        ", ".join(f"{name} {_version(name)}" for name in wheels) or "none",
+        f"two share one folder: {_anew()}" if wheels else _anew(),
     )
 
 

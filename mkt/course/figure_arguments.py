@@ -1,5 +1,6 @@
 """Figures in words: what the command line lists, and what NAME=VALUE means."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
@@ -109,8 +110,11 @@ def _value(entry: Entry, name: str, text: str) -> Any:
 
 def _number(name: str, text: str, kind: type) -> float:
     try:
-        return kind(text)
+        number = kind(text)
     except ValueError:
         raise ValueError(
             f"{name}={text}: not a number of type {kind.__name__}"
         ) from None
+    if not math.isfinite(number):
+        raise ValueError(f"{name}={text}: not a finite number")
+    return number

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mkt.files import DataError
+from mkt.files import PACKAGE, DataError
 from mkt.registry import UnknownName
 from mkt.scenes.drawn import Drawn
 from mkt.trackers import by_name
@@ -114,6 +114,8 @@ def failed(error: Exception) -> DataError | None:
     """
     own = [made for name, made in by_name.TRACKERS.items() if ":" in name]
     files = {inspect.getfile(type(tracker)) for tracker in own}
+    # One that is an object of the library's own class has no line of the user's.
+    files = {file for file in files if not Path(file).is_relative_to(PACKAGE)}
     theirs = [at for at in way_to(error) if at[0] in files]
     return _told(error, theirs[-1]) if theirs else None
 

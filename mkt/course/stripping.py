@@ -34,8 +34,9 @@ def stripped(notebook: dict[str, Any]) -> dict[str, Any]:
         metadata = cell["metadata"]
         for key in set(metadata).difference(KEPT):
             del metadata[key]
-        for tag in FOLDED.keys() & metadata.get("tags", ()):
-            metadata["jupyter"] = dict(FOLDED[tag])
+        for tag, folded in FOLDED.items():
+            if tag in metadata.get("tags", ()):
+                metadata["jupyter"] = dict(folded)
         if cell["cell_type"] == "code":
             cell.update(outputs=[], execution_count=None)
     clean["metadata"].clear()

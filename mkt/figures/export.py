@@ -21,7 +21,7 @@ from tqdm import tqdm
 import mkt
 from mkt.figures import light_pdf
 from mkt.figures.registry import Entry, Shown
-from mkt.files import new_file, whole
+from mkt.files import DataError, new_file, whole
 from mkt.plotting import in_style
 from mkt.sequences import benchmarks
 
@@ -83,14 +83,17 @@ def write(entry: Entry, path: Path | str, parameters: Mapping[str, Any]) -> None
     try:
         if path.suffix.lower() == MOVING:
             return _write_moving(entry, path, parameters)
+        about = facts(entry, parameters)  # before the work: it may refuse MKT_DATA
         fig, shown = entry.draw(SHARP_DPI, **parameters)
-    except (ValueError, IndexError, ArithmeticError) as error:
+    except DataError:
+        raise
+    except (ValueError, IndexError, ArithmeticError, MemoryError, cv2.error) as error:
         values = ", ".join(f"{name}={value}" for name, value in parameters.items())
         raise ValueError(
             f"{entry.name} cannot be drawn with {values or 'its defaults'}: {error}"
         ) from error
     with whole(path) as half:
-        save(fig, shown, half, facts(entry, parameters))
+        save(fig, shown, half, about)
 
 
 def _write_moving(entry: Entry, path: Path, parameters: Mapping[str, Any]) -> None:

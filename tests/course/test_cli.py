@@ -142,7 +142,10 @@ def test_a_command_that_replaces_a_file_says_so(command, capsys):
         (("figure",), "needs an ID and -o FILE"),
         (("bench", "--seeds", "0:3"), "go with `bench tracking`"),
         (("bench", "core", "guided"), "bench core takes no names"),
-        (("labs", "release", "-o", ""), "the name of the folder is empty"),
+        (("labs", "release", "-o", ""), "the name is empty"),
+        (("slides", "1", "-o", ""), "the name is empty"),
+        (("figure", "--all", "-o", ""), "the name is empty"),
+        (("bench", "tracking", "--tracks", ""), "the name is empty"),
     ],
 )
 def test_a_mistyped_command_is_refused_before_anything_is_installed(words, said):
@@ -195,10 +198,38 @@ def test_where_nothing_can_be_written_work_is_done_on_copies(
     for _ in range(2):  # the second time there is work in one
         run("lab")
         assert f"--ServerApp.root_dir={own}" in jupyterlab
-        there = {path.name for path in lab.NOTEBOOKS.glob("*.ipynb")}
-        assert {path.name for path in own.glob("*.ipynb")} == there
+        texts = (*lab.NOTEBOOKS.glob("*.ipynb"), *lab.NOTEBOOKS.glob("*.md"))
+        assert {path.name for path in own.iterdir()} == {path.name for path in texts}
         (own / lab.FIRST).write_text("work")
     assert (own / lab.FIRST).read_text() == "work"
+
+
+def test_half_a_copy_of_a_notebook_does_not_stay(monkeypatch, tmp_path):
+    def torn(source, target):
+        target.write_bytes(source.read_bytes()[:1000])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(lab.os, "access", lambda *_: False)
+    monkeypatch.setattr(lab.Path, "home", lambda: tmp_path)
+    monkeypatch.setattr(lab.shutil, "copyfile", torn)
+    with pytest.raises(OSError, match="No space left"):
+        lab.writable()
+    assert not list((tmp_path / "mkt-notebooks").glob("*.ipynb"))
+
+
+def test_a_broken_opencv_is_told_by_the_one_door_out(tmp_path):
+    (tmp_path / "cv2").mkdir()
+    broken = 'raise ImportError("libGL.so.1: cannot open shared object file")'
+    (tmp_path / "cv2" / "__init__.py").write_text(broken)
+    result = subprocess.run(
+        [sys.executable, "-m", "mkt", "data"],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert result.returncode and "Traceback" not in result.stderr
+    assert "mkt data: a fault of mkt itself (ImportError)" in result.stderr
 
 
 def test_a_chapter_that_was_run_is_no_change_for_git(tmp_path, monkeypatch):
@@ -277,6 +308,11 @@ MISTAKES = [
     ),
     ((*PICTURE, "--set", "span"), "'span' is not NAME=VALUE"),
     ((*PICTURE, "--set", "span=wide"), "not a number of type float"),
+    ((*PICTURE, "--set", "span=nan"), "span=nan: not a finite number"),
+    (
+        ("own.chance", "-o", "x.png", "--set", "epsilon=-1"),
+        "epsilon is -1.0, a share in %; give 0 to 100",
+    ),
     ((*PICTURE, "--set", "layout=5x5"), "choose from one, 2x2, 3x3"),
     (
         (FIGURE, "-o", "x.nonsense"),

@@ -66,6 +66,27 @@ def test_two_wheels_of_opencv_are_one_too_many(monkeypatch):
     assert findings(doctor.one_opencv)["OpenCV"].state == doctor.WRONG
 
 
+def test_without_a_wheel_of_opencv_nothing_is_said_of_two(monkeypatch):
+    monkeypatch.setattr(doctor, "_version", lambda name: "")
+    found = findings(doctor.one_opencv)["OpenCV"]
+    assert (found.state, found.found) == (doctor.WRONG, "none")
+    assert "two share" not in found.remedy
+
+
+def test_a_package_that_is_broken_stops_no_other_check(monkeypatch):
+    def broken():
+        raise ImportError("libGL.so.1: cannot open shared object file")
+        yield
+
+    monkeypatch.setattr(doctor, "codecs", broken)
+    monkeypatch.setattr(doctor, "kernel", broken)
+    monkeypatch.setattr(doctor, "browser", lambda: iter(()))
+    monkeypatch.setattr(doctor, "widgets", lambda: iter(()))
+    found = findings(doctor.inside)
+    assert found["broken"].state == doctor.WRONG and "libGL" in found["broken"].found
+    assert {"packages", "OpenCV", "data sets"} <= set(found)
+
+
 def test_a_format_that_cannot_be_written_is_found(monkeypatch):
     monkeypatch.setitem(writing.CODECS, ".webm", "NONE")
     found = findings(doctor.codecs)

@@ -293,6 +293,24 @@ def test_the_root_locus_leaves_the_circle_where_theory_says():
         assert (radii[gains > limit + 0.4] > 1).all()
 
 
+@pytest.mark.parametrize(
+    "given, verdict",
+    [
+        ({"gain": 1.0}, "stable"),
+        ({"gain": 8.0, "fps": 10, "mismatch": 0.4}, "at the limit"),
+        ({"gain": 8.0, "fps": 2.5}, "runs away"),
+    ],
+)
+def test_the_root_locus_says_whether_the_loop_runs_away(given, verdict):
+    fig, _ = FIGURES["own.root_locus"].draw(**given)
+    assert fig.axes[0].get_title().endswith(f": {verdict}")
+
+
+def test_a_sign_stands_before_what_is_not_rounded_to_zero():
+    values = 0.002, -0.004, 0.005, -0.006
+    assert [lessons._signed(value) for value in values] == ["0", "0", "+0.01", "−0.01"]
+
+
 def test_the_table_of_the_root_locus_holds_the_poles():
     shown = numbers("own.root_locus", delay=2, gain=3.0)
     table = shown.table

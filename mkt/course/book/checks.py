@@ -12,7 +12,7 @@ from IPython.core.inputtransformer2 import TransformerManager
 from nbformat import NotebookNode
 
 from mkt.course import stripping
-from mkt.files import whole
+from mkt.files import DataError, whole
 
 HELPERS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)
 DOORS = ("show", "explore")  # the functions that put a figure into a notebook
@@ -27,7 +27,11 @@ def strip(notebook: NotebookNode) -> NotebookNode:
 
 def strip_file(path: Path) -> bool:
     """Strip one notebook file in place, in one move; whether anything changed."""
-    before = nbformat.read(path, 4)
+    try:
+        before = nbformat.read(path, 4)
+    except ValueError as error:
+        remedy = "mend it, or take it from git again"
+        raise DataError(path, "is no notebook", remedy) from error
     after = strip(before)
     if after == before:
         return False

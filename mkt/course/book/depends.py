@@ -70,7 +70,8 @@ def _surroundings(files: Iterable[Path]) -> Iterator[Any]:
     yield _digests(reached)
     yield [path.read_bytes() for path in beside(reached)]
     if Path(shipped.__file__) in reached:  # which reads the tables of the release
-        yield [table.read_bytes() for table in sorted(DATA.glob("*.csv"))]
+        tables = sorted([*DATA.glob("*.csv"), *DATA.glob("*.json")])
+        yield [table.read_bytes() for table in tables]
 
 
 @lru_cache(maxsize=4)

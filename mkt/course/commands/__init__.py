@@ -14,6 +14,7 @@ package.  A command reports what is wrong with its input as a ValueError or OSEr
 
 import argparse
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 Commands = Any  # argparse's own type for sub-commands is private
@@ -56,6 +57,19 @@ def command(
     )
     parser.set_defaults(run=run, clone=clone, error=parser.error)
     return parser
+
+
+def named_path(text: str) -> Path:
+    """The path that was typed.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        For an empty one, which Path takes for this folder.
+    """
+    if not text:
+        raise argparse.ArgumentTypeError("the name is empty")
+    return Path(text)
 
 
 def seeds(text: str) -> range:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from math import isnan
 from pathlib import Path
 
-from mkt.course.commands import Commands, command, seeds
+from mkt.course.commands import Commands, command, named_path, seeds
 
 FEW = 4  # drawn scenes of each kind, unless more are asked for
 MEANING = {  # of the numbers of `mkt.evaluation.evaluate`
@@ -116,7 +116,7 @@ def _add_files(add_argument: Callable) -> None:
     """Say which words name what is written."""
     add_argument(
         "--tracks",
-        type=Path,
+        type=named_path,
         metavar="FOLDER",
         help="also write what each run found, frame by frame: a table (.csv), and "
         "MOT's rows (.txt); files that are there are replaced",
@@ -124,7 +124,7 @@ def _add_files(add_argument: Callable) -> None:
     add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=named_path,
         metavar="FILE",
         help="also write a row for each run (.csv), or the tables (.md); a file that "
         "is there is replaced",

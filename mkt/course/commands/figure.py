@@ -1,9 +1,8 @@
 """``figure`` draws one figure into a file, or all of them."""
 
 from collections.abc import Callable
-from pathlib import Path
 
-from mkt.course.commands import Commands, command
+from mkt.course.commands import Commands, command, named_path
 
 FORMATS = ("png", "pdf", "svg", "csv")
 WANTED = (
@@ -48,7 +47,7 @@ def _add_words(add_argument: Callable) -> None:
     add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=named_path,
         metavar="FILE",
         help="file to write: .png, .pdf, .svg, .csv for a table of what it shows, or "
         ".gif where it has a slider frame; with --all a folder; a file that is there "

@@ -1,6 +1,7 @@
 """``lab`` opens JupyterLab on the notebooks."""
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -8,7 +9,7 @@ from pathlib import Path
 
 from mkt.course import stripping
 from mkt.course.commands import Commands, command
-from mkt.files import NOTEBOOKS, PACKAGE, ROOT
+from mkt.files import NOTEBOOKS, PACKAGE, ROOT, whole
 
 SETTINGS = PACKAGE / "course" / "jupyterlab"
 FIRST = "01_color_histograms.ipynb"
@@ -67,7 +68,8 @@ def writable() -> Path:
     own.mkdir(exist_ok=True)
     for path in (*NOTEBOOKS.glob("*.ipynb"), *NOTEBOOKS.glob("*.md")):
         if not (own / path.name).exists():
-            shutil.copyfile(path, own / path.name)
+            with whole(own / path.name) as half:
+                shutil.copyfile(path, half)
     print(COPIES.format(NOTEBOOKS, own), file=sys.stderr)
     return own
 
@@ -81,7 +83,7 @@ def _tell_git() -> None:
     if not (shutil.which("git") and (ROOT / ".git").exists()):
         return
     program = Path(sys.executable), Path(stripping.__file__)
-    clean = " ".join(f'"{path.as_posix()}"' for path in program)
+    clean = shlex.join(path.as_posix() for path in program)
     _git("config", "--local", "filter.mkt.clean", clean)
     seeming = set(_git("ls-files", "--modified", "notebooks"))
     real = set(_git("diff", "--name-only", "--relative", "notebooks"))

@@ -6,7 +6,7 @@ import time
 from argparse import ArgumentTypeError
 from pathlib import Path
 
-from mkt.course.commands import Commands, command
+from mkt.course.commands import Commands, command, named_path
 from mkt.course.labs import LIMIT
 
 EXECUTES = "It executes the students' code"
@@ -80,12 +80,6 @@ def _seconds(text: str) -> float:
     return value
 
 
-def _folder(text: str) -> Path:
-    if not text:  # which Path takes for this folder
-        raise ArgumentTypeError("the name of the folder is empty")
-    return Path(text)
-
-
 def _add_release(actions: Commands) -> None:
     release = actions.add_parser(
         "release", help="write the students' version of every lab"
@@ -93,7 +87,7 @@ def _add_release(actions: Commands) -> None:
     release.add_argument(
         "-o",
         "--output",
-        type=_folder,
+        type=named_path,
         metavar="FOLDER",
         help="where to; notebooks/handout by default, where JupyterLab shows them",
     )

@@ -1,8 +1,6 @@
 """``slides`` makes slides for a meeting of the chapters and their figures."""
 
-from pathlib import Path
-
-from mkt.course.commands import Commands, command
+from mkt.course.commands import Commands, command, named_path
 
 
 def add(commands: Commands) -> None:
@@ -26,7 +24,7 @@ def add(commands: Commands) -> None:
     parser.add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=named_path,
         required=True,
         metavar="FOLDER",
         help="where to; no file in it is overwritten",

@@ -66,6 +66,8 @@ def chance(
     kick-off fraction, with thin lines for 2.3, 5 and 10 % of the background.  The
     dashed line is b, the dotted one what one zone of three can hold.
     """
+    if not 0 <= epsilon <= 100:
+        raise ValueError(f"epsilon is {epsilon}, a share in %; give 0 to 100")
     share = epsilon / 100
     counts = np.arange(round(HIGHEST * particles) + 1)
     probability = scipy.stats.binom.pmf(counts, particles, share)

@@ -61,6 +61,7 @@ HALVES = (50, 31.25)  # [px] of the car's image, half its sides
 TABLE = "gravel"  # what one may look down on; the features do not look at it
 STILL = ((0.0, *CAR),)
 REAL, IMAGINARY = 1.9, 1.6  # how far the plane of the poles is shown
+ROUNDING = 1e-6  # of the largest pole
 LEAST = 16  # [cm] of the errors shown beside it, either way
 MOST = 1e3  # [cm], larger errors are cut off: one that runs away would be infinite
 
@@ -147,7 +148,7 @@ def column(values: Array) -> str:
 
 def _signed(value: float) -> str:
     """A number with its sign, a true minus; 0 without."""
-    return f"{value:+.2f}".replace("-", "−") if abs(value) > 5e-4 else "0"
+    return f"{value:+.2f}".replace("-", "−") if abs(value) >= 5e-3 else "0"
 
 
 def _draw_motion(ax: Axes, region: Region, outlines: Array) -> None:
@@ -329,7 +330,10 @@ def root_locus(
     left = fig.add_axes((0.07, 0.12, 0.38, 0.8))
     _draw_poles(left, gains, poles, chosen)
     _say_outside(left, chosen)
-    verdict = "stable" if radius < 1 else "runs away"
+    beyond = radius - 1
+    verdict = "stable" if beyond < 0 else "runs away"
+    if abs(beyond) < ROUNDING:
+        verdict = "at the limit"
     left.set_title(f"largest pole {radius:.2f}: {verdict}")
     right = fig.add_axes((0.53, 0.12, 0.45, 0.8))
     _draw_answer(right, times, velocity, error, bool(radius < 1))
