@@ -8,6 +8,7 @@ import pytest
 from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 from scipy.signal import dlsim
+from scipy.stats import kstest
 
 from mkt.colors import SPACES, ColorBins
 from mkt.evaluation import errors, overlap, success
@@ -21,7 +22,7 @@ from mkt.scenes.teuliere2009 import hidden
 from mkt.servoing.poles import closed_loop, one_feature
 from mkt.servoing.self_motion import Kalman
 from mkt.trackers.combined import Combined
-from mkt.trackers.newton import differentiate, newton_path, newton_step
+from mkt.trackers.newton import differentiate, moved, newton_path, newton_step
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
 from mkt.tracking import track
@@ -320,6 +321,27 @@ def infos(tracker, clip, rng):
         state, info = tracker.step(state, frame, rng)
         told.append(info)
     return told
+
+
+def test_random_numbers_are_uniform_and_normal_and_follow_from_their_seed(engine):
+    draw = "const r = live.random(data.seed); return [[...r.uniforms(4000)], "
+    draw += "[...r.normals(4000)]];"
+    uniforms, normals = engine(draw, seed=7)
+    assert kstest(uniforms, "uniform").pvalue > 0.01 < kstest(normals, "norm").pvalue
+    assert engine(draw, seed=7) == [uniforms, normals] != engine(draw, seed=8)
+
+
+def test_each_component_of_a_step_is_bounded(engine):
+    region, step = [60.0, 40.0, 0.3, 20.0, 12.0], [0.9, -0.7, 0.6, -3.0]
+    found = engine(
+        "return live.moved(data.region, data.step);", region=region, step=step
+    )
+    assert found == pytest.approx(moved(np.array(region), np.array(step)))
+
+
+def test_weights_of_which_none_can_be_told_are_equal(engine):
+    found = engine("return live.normalised([-Infinity, -Infinity, -Infinity]);")
+    assert found == pytest.approx([1 / 3] * 3)
 
 
 WHOLE = {"filter": ParticleFilter(n=75), "combined": Combined(), "ssd": SSD()}
