@@ -354,6 +354,8 @@ def test_a_wrong_figure_is_answered_in_a_sentence(words, said, tmp_path, monkeyp
 def test_names_may_stand_before_and_behind_options():
     words = "bench", "tracking", "ssd", "--seeds", "3:4", "wm", "mil"
     assert cli.parse(words).names == ["ssd", "wm", "mil"]
+    words = "claims", "T09-c", "--list", "T09-d"
+    assert cli.parse(words).names == ["T09-c", "T09-d"]
     with pytest.raises(SystemExit):
         cli.parse(["bench", "tracking", "--sedes", "3:4", "wm"])
 

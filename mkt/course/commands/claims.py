@@ -24,7 +24,7 @@ def add(commands: Commands) -> None:
     parser.set_defaults(check=check)
     add_argument = parser.add_argument
     add_argument(
-        "ids", nargs="*", metavar="ID", help="claims such as T09-c; all by default"
+        "names", nargs="*", metavar="ID", help="claims such as T09-c; all by default"
     )
     add_argument("--list", action="store_true", help="list the claims, and stop")
     add_argument(
@@ -76,9 +76,9 @@ def run(args) -> None:
     if args.output and new_file(args.output).suffix != ".csv":
         raise ValueError(f"-o {args.output}: give a name that ends in .csv")
     if args.shipped:
-        measured = shipped.claimed(args.ids)
+        measured = shipped.claimed(args.names)
     else:
-        measured = claims.measure(args.ids, args.seeds or claims.SEEDS)
+        measured = claims.measure(args.names, args.seeds or claims.SEEDS)
     results = [claims.judge(one) for one in measured]
     # Before they are printed: who reads on may have gone, as with `| head`.
     if args.output:
