@@ -392,7 +392,8 @@ def test_a_change_in_one_papers_figures_draws_no_other_papers_again(paper):
     assert paper in drawn_again and drawn_again <= {paper, "own"}
 
 
-def test_a_key_follows_code_packages_and_data_but_not_text(monkeypatch):
+def test_a_key_follows_code_packages_and_data_but_not_text(monkeypatch, tmp_path):
+    (tmp_path / "environment.txt").write_text("numpy==1\n")
     notebook = cells("from mkt.figures import show")
     keys = [depends.of_chapter(notebook)]
     notebook.cells.append(nbformat.v4.new_markdown_cell("text"))
@@ -401,6 +402,7 @@ def test_a_key_follows_code_packages_and_data_but_not_text(monkeypatch):
         (depends, "reachable", lambda files: {PACKAGE / "regions.py"}),
         (depends, "beside", lambda files: [PACKAGE / "regions.py"]),
         (depends.dependencies, "versions", lambda: ["numpy 1"]),
+        (depends, "PACKAGES", tmp_path / "environment.txt"),
     ]:
         with monkeypatch.context() as patch:
             patch.setattr(place, name, other)
@@ -409,7 +411,7 @@ def test_a_key_follows_code_packages_and_data_but_not_text(monkeypatch):
     keys.append(depends.of_chapter(notebook))
     notebook.cells[0].source += "\n"
     keys.append(depends.of_chapter(notebook))
-    assert len(set(keys)) == len(keys) == 6
+    assert len(set(keys)) == len(keys) == 7
 
 
 def test_what_reads_the_tables_of_the_release_has_them_in_its_key(

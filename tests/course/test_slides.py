@@ -30,6 +30,12 @@ def test_every_chapter_has_a_question_goals_all_of_its_figures_and_takeaways(cha
     ] == []
 
 
+def test_equations_of_exercises_are_no_slide():
+    text = "## Exercises\n\n$$ x = 1 $$\n"
+    assert not list(slides._equations(text, ""))
+    assert list(slides._equations(text.replace("Exercises", "The sum"), ""))
+
+
 def test_a_prediction_comes_before_its_figure_and_its_answer_after_it():
     kinds = [slide.title for slide in slides.slides(slides.chosen(BOOK, [2])[0])]
     ask = next(k for k, title in enumerate(kinds) if title.startswith("Predict"))
@@ -53,6 +59,10 @@ def test_the_command_writes_the_chapters_that_are_named_and_nothing_over(
     assert capsys.readouterr().out.strip().endswith("02_cost_surfaces.html")
     with pytest.raises(SystemExit, match="is there already"):
         cli.run(cli.parse(words))
+    words = ["slides", "1", "2", "-o", str(tmp_path / "deck")]
+    with pytest.raises(SystemExit, match="02_cost_surfaces.html is there already"):
+        cli.run(cli.parse(words))
+    assert [path.stem for path in (tmp_path / "deck").iterdir()] == ["02_cost_surfaces"]
     with pytest.raises(SystemExit, match="no chapter 99"):
         cli.run(cli.parse(["slides", "99", "-o", str(tmp_path / "deck")]))
     assert [one.part for one in slides.chosen(BOOK, [])] == [*BOOK.parts]

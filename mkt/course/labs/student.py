@@ -120,9 +120,8 @@ class KeptTuple(Kept, tuple):
         return super().__new__(cls)
 
     def __getattr__(self, name: str) -> Any:
-        if (
-            name not in self.fields
-        ):  # or numpy asks for a shape, and is told of an error
+        # Numpy asks for a shape: to it this is no field, and no error of theirs.
+        if name not in self.fields:
             raise AttributeError(name)
         return self._asked(name)
 
