@@ -12,7 +12,7 @@ import platform
 import shutil
 import struct
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -95,13 +95,14 @@ def diagnose() -> Iterator[Finding]:
     if environment.is_by_hand():
         words = f"{sys.prefix}, into which somebody has installed the library"
         yield Finding(FINE, "environment", words)
-        yield from codecs()
-        yield from data_sets()
+        yield from each(codecs, data_sets)
         return
     yield from _folder(environment.ROOT)
     yield from virtual_environment()
     if environment.is_current():
-        yield from inside()
+        yield from each(
+            packages, one_opencv, codecs, widgets, kernel, data_sets, browser
+        )
         yield box()
 
 
@@ -228,13 +229,15 @@ def _version(name: str) -> str:
         return ""
 
 
-def inside() -> Iterator[Finding]:
-    """What works in the environment; a broken package stops the check of it alone."""
-    for check in (packages, one_opencv, codecs, widgets, kernel, data_sets, browser):
+def each(*checks: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+    """What the checks find; a broken package stops that one alone."""
+    again = "install it again, with mkt" if environment.is_by_hand() else _anew()
+    for check in checks:
         try:
             yield from check()
         except ImportError as error:
-            yield Finding(WRONG, check.__name__, str(error), _anew())
+            name = check.__name__.replace("_", " ")
+            yield Finding(WRONG, name, str(error), again)
 
 
 def one_opencv() -> Iterator[Finding]:

@@ -73,18 +73,23 @@ def test_without_a_wheel_of_opencv_nothing_is_said_of_two(monkeypatch):
     assert "two share" not in found.remedy
 
 
-def test_a_package_that_is_broken_stops_no_other_check(monkeypatch):
-    def broken():
+@pytest.mark.parametrize("by_hand", [True, False])
+def test_a_package_that_is_broken_stops_no_other_check(monkeypatch, by_hand):
+    def broken_one():
         raise ImportError("libGL.so.1: cannot open shared object file")
         yield
 
-    monkeypatch.setattr(doctor, "codecs", broken)
-    monkeypatch.setattr(doctor, "kernel", broken)
-    monkeypatch.setattr(doctor, "browser", lambda: iter(()))
-    monkeypatch.setattr(doctor, "widgets", lambda: iter(()))
-    found = findings(doctor.inside)
-    assert found["broken"].state == doctor.WRONG and "libGL" in found["broken"].found
-    assert {"packages", "OpenCV", "data sets"} <= set(found)
+    for name in ("machine", "_folder", "virtual_environment", "widgets", "browser"):
+        monkeypatch.setattr(doctor, name, lambda *_: iter(()))
+    for name in ("codecs", "kernel"):
+        monkeypatch.setattr(doctor, name, broken_one)
+    monkeypatch.setattr(doctor, "box", lambda: doctor.Finding(doctor.FINE, "box", ""))
+    monkeypatch.setattr(environment, "is_by_hand", lambda: by_hand)
+    monkeypatch.setattr(environment, "is_current", lambda: True)
+    found = findings(doctor.diagnose)
+    assert found["broken one"].state == doctor.WRONG
+    assert "libGL" in found["broken one"].found and found["broken one"].remedy
+    assert "data sets" in found and ("packages" in found) != by_hand
 
 
 def test_a_format_that_cannot_be_written_is_found(monkeypatch):
