@@ -170,9 +170,9 @@ def settled(
     """
     check_seed(seed)
     given = part | {"box": [float(number) for number in box]}
-    for name in [name for name in given if name in _POSSIBLE]:
-        if not _POSSIBLE[name](given[name]):
-            raise ValueError(f"{name} is {given[name]!r}, which it cannot be")
+    for name, value in given.items():
+        if name in _POSSIBLE and not _POSSIBLE[name](value):
+            raise ValueError(f"{name} is {value!r}, which it cannot be")
     path = written_path(video)
     known = numbers_of(with_numbers(tracker, numbers or {}))
     sha256 = fingerprint(path)  # it refuses what the next line cannot resolve
