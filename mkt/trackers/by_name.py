@@ -39,7 +39,7 @@ SIR = ParticleFilter(
     scheme="systematic",
     bins=ColorBins("hs"),
 )
-ONE = ParticleFilter(n=500, kernels=Kernels("one"))  # the single kernel of Section II
+ONE = ParticleFilter(n=500, kernels=Kernels("one"))  # a single kernel, round
 
 add("pf-1", ONE, "(1) one kernel, 500 particles")
 add("ssd", SSD(), "(2) SSD, nine kernels")

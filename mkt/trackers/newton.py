@@ -162,7 +162,7 @@ def differentiate(
     image : BinImage
     region : (5,) array [px, rad]
     derivative_of_c : bool
-        False leaves it out, as a literal reading might.
+        False holds C fixed, as the line after (10) may suggest.
     columns : (P, 1 + k) array, optional
         Weights and slopes under another motion, for the pairs of the `Template`.  The
         region may then be a homography, see `mkt.trackers.homography`.

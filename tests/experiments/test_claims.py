@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from mkt.colors import ColorBins
 from mkt.course import cli
 from mkt.experiments import claims, dependencies, shipped
 from mkt.experiments import claims_as_text as listing
@@ -28,11 +29,14 @@ from mkt.experiments.claims import (
 from mkt.experiments.statistics import MEAN, PAIRS, SHARE, STATISTICS
 from mkt.experiments.sweep import NUMBERS, Job, sweep
 from mkt.files import PACKAGE, DataError
+from mkt.histograms import learn
 from mkt.papers.cordoba2014 import ablation
+from mkt.papers.cordoba2014 import claims as c14
 from mkt.papers.lessons import wishes
 from mkt.papers.nummiaro2003 import claims as n03
 from mkt.papers.teuliere2009 import claims as t09
 from mkt.scenes import SCENES
+from mkt.scenes import nummiaro2003 as stories
 from mkt.scenes.drawn import HELD_BACK, TUNING, drawn
 from mkt.trackers import by_name
 from mkt.tracking import Track
@@ -308,7 +312,7 @@ class Tabled:
 # Lines whose trackers are all in the table; what is not computed from runs is left out.
 @pytest.mark.parametrize(
     "name, lines",
-    [("T09-b", 5), ("T09-c", 6), ("T09-d", 2), ("T09-e", 2), ("T09-f", 5)]
+    [("T09-b", 5), ("T09-c", 6), ("T09-d", 2), ("T09-e", 2), ("T09-f", 9), ("T09-j", 7)]
     + [("C14-a", 1), ("C14-b", 4)],
 )
 def test_the_shipped_claims_follow_from_the_shipped_runs(name, lines, monkeypatch):
@@ -332,16 +336,17 @@ def test_what_the_update_changes_is_with_it_minus_without_it(monkeypatch):
             look: dict(zip(still, numbers, strict=True))
             for look, numbers in looks.items()
         }
-        return {
-            (update, look): learning[look] if update else still
+        slow = {(n03.SLOW, "fades"): {"hits": 0.3}}
+        return slow | {
+            (alpha, look): learning[look] if alpha else still
             for look in looks
-            for update in (False, True)
+            for alpha in (0.0, n03.PAPER.alpha)
         }
 
     monkeypatch.setattr(n03, "drives", drives)
     parts = CLAIMS["N03-d"].function(claims.Runs(SIX, {}))
     found = [part.values.mean() for part in parts]
-    assert found == pytest.approx([0.7, -0.4, 0.4, -0.1, 0.7, 0.4, 0.3])
+    assert found == pytest.approx([0.7, -0.4, 0.4, -0.1, 0.7, 0.4, 0.3, 0.1])
 
 
 def test_iterations_are_counted_where_both_run(monkeypatch):
@@ -361,6 +366,75 @@ def test_a_loss_before_the_student_leaves_is_none_in_time(monkeypatch):
     monkeypatch.setattr(n03, "_walked", lambda seeds: walked)
     _, in_time, _ = CLAIMS["N03-e"].function(claims.Runs(range(3), {}))
     assert in_time.values.tolist() == [1, 0, 0]
+
+
+def test_each_line_of_the_student_has_the_tracker_that_it_names(monkeypatch):
+    names = ("lost", "found", "bridged", "learnt")
+    numbers = [[10 * k + j for j in range(4)] for k in range(len(n03.WALKERS))]
+    walked = {
+        name: pd.DataFrame([dict(zip(names, row, strict=True))])
+        for name, row in zip(n03.WALKERS, numbers, strict=True)
+    }
+    monkeypatch.setattr(n03, "_walked", lambda seeds: walked)
+    parts = {
+        name: CLAIMS[name].function(claims.Runs(range(1), {}))
+        for name in ("N03-c", "N03-g")
+    }
+    found = {name: [part.values[0] for part in each] for name, each in parts.items()}
+    # In the order of WALKERS: ours 0, stubborn 10, strict 20, slow 30, learns 40, ...
+    assert found["N03-c"] == [2, 0, 1, 1 - 11, 30, 31, 40, 41]
+    assert found["N03-g"] == [53, 43, 33, 51]
+    assert [part.ours for part in parts["N03-c"]] == [False] * 6 + [True] * 2
+
+
+def test_the_model_is_said_to_learn_behind_the_tree_where_it_is_updated():
+    """With a gate that is always open it learns in each frame of it, else in none."""
+    opened, shut = (
+        replace(n03.PAPER, rho_min=gate, patience=stories.STUDENTS)
+        for gate in (0.0, 1.0)
+    )
+    assert [n03.student(500, tracker)["learnt"] for tracker in (opened, shut)] == [1, 0]
+
+
+def test_sizes_are_compared_where_both_hold_the_target(monkeypatch):
+    clip = drawn("clutter", 500).sequence()
+    regions = {name: clip.truth.copy() for name in ("pfhr plain", "sir")}
+    regions["pfhr plain"][:, 3:] *= np.exp(0.1)
+    regions["sir"][:, 3:] *= np.exp(-0.3)
+    regions["sir"][5:9, :2] += 300  # lost, of any size
+    regions["sir"][5:9, 3:] *= 9
+
+    def tracked(tracker, *_):
+        name = next(name for name in regions if c14.RIVALS[name] == tracker)
+        return Track(regions[name], None, None, {})
+
+    monkeypatch.setattr(c14, "track", tracked)
+    assert c14._sizes("clutter", 500) == pytest.approx(3)
+
+
+def test_tiles_are_the_rectangle_cut_in_nine():
+    """So that in T09-a the number of kernels alone changes."""
+    assert t09.TILES.profile == t09.RECTANGLE.profile
+    region = np.array([100.0, 80, 0, 40, 30])
+    image = ColorBins()(np.random.default_rng(0).integers(0, 256, (160, 200, 3), "u1"))
+    nine, one = (
+        learn(image, region, kernels) for kernels in (t09.TILES, t09.RECTANGLE)
+    )
+    np.testing.assert_allclose(nine.q.mean(0), one.q[0], atol=0.02)
+
+
+def test_the_lead_of_pfhr_is_asked_with_the_papers_look_alone():
+    """Lines with our look, and with what can hardly be meant, have no say."""
+    table = {"hits_of_all": np.arange(6.0), "lost": np.zeros(6)}
+
+    class Flat:
+        def __call__(self, kind, label, number):
+            return table[number]
+
+    for name in ("C14-a", "C14-b"):
+        for part in CLAIMS[name].function(Flat()):
+            beside = "our look" in part.text or "as printed" in part.text
+            assert part.ours == beside, part.text
 
 
 @pytest.mark.parametrize(

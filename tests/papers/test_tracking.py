@@ -153,14 +153,14 @@ def fig5():
 def test_fig5_only_without_the_derivative_of_c_ssd_shrinks_at_the_blur(fig5):
     """T09-c holds in part.
 
-    The literal SSD shrinks to a piece of the object, but not where the shutter is
+    SSD with C fixed shrinks to a piece of the object, but not where the shutter is
     quick; the full one keeps the size.
     """
     size = fig5[1]
     assert np.median(size[:, 2]) < 0.6 and np.abs(np.log(size[:, 1])).max() < 0.15
     for seed in range(4):
         scene = fast(seed, exposure=0.0)
-        sharp = run(tracking.LITERAL, scene, seed).regions
+        sharp = run(tracking.FIXED_C, scene, seed).regions
         assert errors(sharp, clip(scene).truth).scale[-1] > np.log(0.85)
 
 

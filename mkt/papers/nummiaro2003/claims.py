@@ -12,7 +12,7 @@ import pandas as pd
 from mkt.colors import ColorBins
 from mkt.evaluation import HIT
 from mkt.experiments.claims import Part, Runs, claim, over_seeds
-from mkt.experiments.statistics import PAIRS, SHARE
+from mkt.experiments.statistics import MEAN, PAIRS, SHARE
 from mkt.experiments.timing import milliseconds, one_thread
 from mkt.histograms import coefficient
 from mkt.papers import runs as kept
@@ -41,9 +41,9 @@ AROUND = 8  # frames before and after a short pass within which the mode must st
 NEAR = 30  # frames before and after the tree in which the student may be hidden
 
 
-def _share(text: str, values: ArrayLike, bound: float) -> Part:
+def _share(text: str, values: ArrayLike, bound: float, ours: bool = False) -> Part:
     """A part on the share of the runs in which something is so."""
-    return Part(text, np.asarray(values, float), bound, statistic=SHARE)
+    return Part(text, np.asarray(values, float), bound, statistic=SHARE, ours=ours)
 
 
 def _pairs(text: str, values: pd.Series, ours: bool = False) -> Part:
@@ -157,6 +157,7 @@ def student(seed: int, tracker: Adaptive = FIXED) -> dict[str, float]:
         found : 1 when found again within 25 frames after it.
         bridged : 1 when the mode stays the same at both short passes.
         late : frames from the leaving to the loss that stays, NaN for never.
+        learnt : share of the frames behind the tree in which the model is updated.
     """
     scene = stories.students(seed)
     clip = kept.clip(scene)
@@ -175,14 +176,20 @@ def student(seed: int, tracker: Adaptive = FIXED) -> dict[str, float]:
         "found": float(found),
         "bridged": float(not np.any(passing)),
         "late": float(for_good - gone) if away[-1] else np.nan,
+        "learnt": float(track.info["updated"][hidden - 1].mean()),
     }
 
 
-# The tracker of [N03], one that never returns to the initialisation, one with b = .3.
+# An alpha for both sequences: of .01, .02, .03, .05 and .1, with which 12, 11, 6, 2 and
+# 1 of the tuning seeds 500 to 511 find the student again, and which all help the van.
+SLOW = 0.02
 WALKERS = {
     "ours": FIXED,
-    "stubborn": replace(FIXED, patience=stories.STUDENTS),
+    "stubborn": replace(FIXED, patience=stories.STUDENTS),  # never initialises again
     "strict": replace(FIXED, b=0.3),
+    "slow": replace(PAPER, alpha=SLOW),
+    "learns": PAPER,
+    "printed gate": replace(PAPER, rho_min=0.9),
 }
 
 
@@ -201,20 +208,34 @@ def _walked(seeds: Sequence[int]) -> dict[str, pd.DataFrame]:
 def short_occlusions_are_bridged(runs: Runs) -> list[Part]:
     """Propagation alone bridges short occlusions, long ones need the initialisation.
 
-    Shares of the runs over the student sequence, without model update, samples waiting
-    at the sides of the tree and of the image.  For comparison a tracker that never
-    returns to the initialisation.  The first two lines follow from the set-up: who
-    passes hides the student for three frames at most, the tree for about thirty, and
-    the patience is five.
+    Shares of the runs over the student sequence, samples waiting at the sides of the
+    tree and of the image.  For comparison a tracker that never returns to the
+    initialisation.  The first two lines follow from the set-up: who passes hides the
+    student for three frames at most, the tree for about thirty, and the patience is
+    five.  The paper does not say whether the model learns here, nor its rate: lines
+    without the update, and with a rate of .02, which was chosen on other runs of the
+    student's.  The last two, ours, are with the rate of N03-d.  Those with an update
+    came after the runs of the others.
     """
     walked = _walked(runs.seeds)
     ours = walked["ours"]
     gain = ours["found"] - walked["stubborn"]["found"]
+    rates = {"slow": SLOW, "learns": PAPER.alpha}
     return [
         _share("short passes without a change of mode", ours["bridged"], 0.8),
         _share("declared lost behind the tree", ours["lost"], 0.8),
         _share("found again after the tree", ours["found"], 0.8),
         _pairs("found again, with initialisation minus without", gain),
+        *(
+            _share(
+                f"{text}, alpha = {rate:g}", walked[name][what], 0.8, name == "learns"
+            )
+            for name, rate in rates.items()
+            for what, text in (
+                ("lost", "declared lost behind the tree"),
+                ("found", "found again after the tree"),
+            )
+        ),
     ]
 
 
@@ -235,13 +256,10 @@ def traffic(seed: int, alpha: float, look: str = "fades") -> dict[str, float]:
     return {"hits": float(hit[1:].mean()), "scale": float(np.mean(off))}
 
 
-def drives(seed: int) -> dict[tuple[bool, str], dict[str, float]]:
-    """`traffic` without and with the update: {(with update, look): dict}."""
-    return {
-        (update, look): traffic(seed, update * PAPER.alpha, look)
-        for look in stories.LOOKS
-        for update in (False, True)
-    }
+def drives(seed: int) -> dict[tuple[float, str], dict[str, float]]:
+    """`traffic` without and with the update: {(alpha, look): dict}."""
+    rates = [(alpha, look) for look in stories.LOOKS for alpha in (0.0, PAPER.alpha)]
+    return {case: traffic(seed, *case) for case in [*rates, (SLOW, "fades")]}
 
 
 @claim("N03-d", "figures 8 and 9")
@@ -254,15 +272,15 @@ def the_update_estimates_the_scale_better(runs: Runs) -> list[Part]:
     as a box does, whose old side stays in sight until frame 135.  A tracker that has
     lost the van has a size too, and that counts.  The paper says "better", so that more
     than none is asked; a gain of .2 is what we had asked for before the runs, and is
-    ours.  The last line is ours, too: when the scale alone changes, the model has
-    nothing to learn, and forgets its own size.
+    ours.  The last lines are ours, too: when the scale alone changes, the model has
+    nothing to learn, and forgets its own size; and the gain at the rate of .02 with
+    which N03-c finds the student again.
     """
     rows = over_seeds(drives, runs.seeds)
 
-    def gains(look: str, number: str) -> Array:
+    def gains(look: str, number: str, alpha: float = PAPER.alpha) -> Array:
         learning, still = (
-            np.array([row[update, look][number] for row in rows])
-            for update in (True, False)
+            np.array([row[rate, look][number] for row in rows]) for rate in (alpha, 0.0)
         )
         return learning - still
 
@@ -278,6 +296,12 @@ def the_update_estimates_the_scale_better(runs: Runs) -> list[Part]:
         Part(f"other colours: {hits}", fades, 0.2, ours=True),
         Part(f"a box that turns: {hits}", box, 0.2, ours=True),
         Part(f"scale alone: {off}", alone, 0, True, ours=True),
+        Part(
+            f"other colours: {hits}, alpha = {SLOW:g}",
+            gains("fades", "hits", SLOW),
+            0,
+            ours=True,
+        ),
     ]
 
 
@@ -285,10 +309,10 @@ def the_update_estimates_the_scale_better(runs: Runs) -> list[Part]:
 def a_tenth_is_enough_to_start(runs: Runs) -> list[Part]:
     """A kick-off fraction of 0.1 is enough to find the target again.
 
-    The student sequence, without model update.  False starts are runs in which the mode
-    is "tracking" more than five frames after the student left the view.  On this ground
-    nothing appears by chance, so that b = .02 would do as well.  The last line,
-    ours, compares with b = .3.
+    The student sequence, without model update; with it see N03-c.  False starts are
+    runs in which the mode is "tracking" more than five frames after the student left
+    the view.  On this ground nothing appears by chance, so that b = .02 would do as
+    well.  The last line, ours, compares with b = .3.
     """
     walked = _walked(runs.seeds)
     ours = walked["ours"]
@@ -359,3 +383,29 @@ def _apart(
     n = len(centres)
     ellipses = np.column_stack([centres, np.zeros(n), np.tile(half_axes, (n, 1))])
     return as_regions(ellipses)
+
+
+@claim("N03-g", "Section 5, (11)")
+def the_condition_stops_the_learning(runs: Runs) -> list[Part]:
+    """The update condition keeps the model from learning while the target is hidden.
+
+    The share of the frames behind the tree in which the model is updated, at alpha = .1
+    as in N03-d, where the coefficient of the mean state is above .9, the printed number
+    read as a coefficient.  Ours: above .8, as in N03-d; the same at a rate of .02; and
+    whether the student is found again, since what the model has learnt before the tree
+    stays.  The claim was put after some of these runs.
+    """
+    walked = _walked(runs.seeds)
+    strict = walked["printed gate"]
+    learns = "share of the frames behind the tree in which the model learns"
+    return [
+        _learnt(f"{learns}, above .9", strict),
+        _learnt(f"{learns}, above .8", walked["learns"], ours=True),
+        _learnt(f"{learns}, above .8, alpha = {SLOW:g}", walked["slow"], ours=True),
+        _share("found again after the tree, above .9", strict["found"], 0.8, ours=True),
+    ]
+
+
+def _learnt(text: str, walked: pd.DataFrame, ours: bool = False) -> Part:
+    """A part on a share of frames, less than a tenth of them."""
+    return Part(text, walked["learnt"].to_numpy(), 0.1, True, "", MEAN, 0.01, ours)

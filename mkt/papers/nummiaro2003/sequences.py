@@ -109,10 +109,10 @@ def fig4(
     Synthetic data: a parking place seen from a window.  The car, a van, comes closer
     and turns out of the image plane, a box whose side comes to sight.  Coloured five
     runs that differ in the tracker's random numbers, the first one thick and with its
-    ellipses; black the truth, which the print does not have; the picture is the last
-    frame.  Below, how far off the centre and the half axis are in each frame; where the
-    tracker says that it is lost there is no estimate.  noise: of the motion, in
-    multiples of our values, as the paper prints none; alpha: how fast the model
+    ellipses; black the truth, of which the caption says nothing; the picture is the
+    last frame.  Below, how far off the centre and the half axis are in each frame;
+    where the tracker says that it is lost there is no estimate.  noise: of the motion,
+    in multiples of our values, as the paper prints none; alpha: how fast the model
     learns.  In the print, of a real parking place, both are followed; here the person
     is, and the van's ellipse stays with the side of it that it knows.
     """
@@ -496,7 +496,7 @@ def fig9(
 ) -> Shown:
     """The half axis H_x of the mean state, without and with model update.
 
-    The sequence of figure 8.  Black is the truth, which the print does not have;
+    The sequence of figure 8.  Black is the truth, of which the caption says nothing;
     coloured are two runs that differ in the tracker's random numbers, the one of figure
     8 thick, with gaps where the tracker says that it has lost the van.  The title
     counts the errors only in the frames in which the van is held, with an overlap above

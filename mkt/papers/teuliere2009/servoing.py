@@ -338,7 +338,7 @@ def fig10(
     that is chosen; thin, orange: without any.  Dotted: the error V / gain that the
     theory foretells without compensation, V the car's mean speed in units of y_n.  At
     the right the same errors as the car's distance from where it should appear, in
-    pixels.  The paper shows the compensated error only. A loop that runs away is drawn
+    pixels.  The paper's caption names no second curve.  A loop that runs away is drawn
     as far as it sees the car.
     """
     conditions = {"gain": gain, "fps": fps, "dof": dof, "features": features}

@@ -22,7 +22,7 @@ from mkt.types import Array, NDArray, Regions
 
 RUNS = 5  # over one path: the sensor noise and the tracker's random numbers differ
 FIRST = 46  # printed, Section VI-A: the frame of the rupture
-LITERAL = replace(TRACKERS["ssd"], derivative_of_c=False)
+FIXED_C = replace(TRACKERS["ssd"], derivative_of_c=False)
 QUANTITIES = ["x [px]", "y [px]", "orientation [deg]"]
 _SLIDERS = {
     "particles": [25, 75, 250],
@@ -130,26 +130,26 @@ def fig6(
 ) -> Shown:
     """Position and orientation from the trackers (1) to (5), through a total occlusion.
 
-    Synthetic data: a toy car, fast translation and rotation at a fixed size, hidden
-    totally in the shaded frames, from frame 46 (dashed) on.  Black is the truth, which
-    the print does not have; coloured are five runs over the same path that differ in
-    their sensor noise and random numbers, run 0 thick: it is the one in figure 7.
-    Angles are drawn on the turn nearest the truth.  At the right, each run's median
-    error before and after the occlusion: the median of the runs, the smallest and the
-    largest in brackets.
+    Synthetic data: a toy car, fast translation and rotation at a fixed size, which the
+    trackers here do not know, hidden totally in the shaded frames, from frame 46
+    (dashed) on.  Black is the truth, of which the caption says nothing; coloured are
+    five runs over the same path that differ in their sensor noise and random numbers,
+    run 0 thick: it is the one in figure 7.  Angles are drawn on the turn nearest the
+    truth.  At the right, each run's median error before and after the occlusion: the
+    median of the runs, the smallest and the largest in brackets.
 
     In the page: Synthetic data: a toy car, fast translation and rotation at a fixed
     size, hidden totally in the grey frames, from frame 46 on; dashed is the frame that
-    is shown.  In black, or white on a dark page, is the truth, which the print does not
-    have; coloured are five runs over the same path that differ in their sensor noise
-    and random numbers, run 0 thick.  Angles are drawn on the turn nearest the truth.
-    The table has the median over the runs of each run's median error before and after
-    the occlusion.
+    is shown.  In black, or white on a dark page, is the truth, of which the caption
+    says nothing; coloured are five runs over the same path that differ in their sensor
+    noise and random numbers, run 0 thick.  Angles are drawn on the turn nearest the
+    truth.  The table has the median over the runs of each run's median error before and
+    after the occlusion.
 
-    A run is lost when it misses the target in most of the last ten frames.  The paper
-    shows one run on one real sequence, and its filters come through.  Here that depends
-    on the path, and SSD finds a target again that comes out where it went in: take
-    another path (the seed).
+    The kernel of (1) is round, and cannot know the angle.  A run is lost when it misses
+    the target in most of the last ten frames.  The paper shows one run on one real
+    sequence, and its filters come through.  Here that depends on the path, and SSD
+    finds a target again that comes out where it went in: take another path (the seed).
     """
     clip, regions = _occluded_runs(particles, threshold, occlusion, seed)
     position, orientation, lost = before_and_after(regions, clip)
@@ -254,7 +254,7 @@ def fig7(
     Where figure 6 computes in the page, its runs have noise and chance of their own.
     Synthetic data.  Dashed in black and white the truth, also while the screen hides
     the target; coloured the estimate, with a tick along the object's x.  The paper
-    prints a real sequence and no truth.
+    prints a real sequence; its caption says nothing of a truth.
     """
     clip, regions = _occluded_runs(particles, threshold, occlusion, seed)
     over = FIRST + occlusion
@@ -287,11 +287,11 @@ def fig5(
     the frames of the fastest motion.  Dashed in black and white the truth, coloured the
     estimate.  Above each row, over the whole sequence: mean overlap, median error of
     the orientation, and the size in the last frame against the true one.  The paper has
-    three rows of a real sequence: (1) one-kernel filter, (2) nine-kernel SSD, which
-    shrinks at the blur and stays wrong, (3) nine-part filter, which holds.  Here SSD
-    with the full derivative of (8) does not shrink.  The row below it leaves the
-    derivative of C out, as a literal reading might: on most paths it shrinks at the
-    blur, as printed, and at exposure 0 it does not.
+    three rows of a real sequence: (1) one-kernel filter, with us a round one, (2)
+    nine-kernel SSD, which shrinks at the blur, (3) nine-part filter, which holds.  Here
+    SSD with the full derivative of (8) does not shrink.  The row below it holds C
+    fixed, as the line after (10) may suggest: on most paths it shrinks at the blur, as
+    printed, and at exposure 0 it does not.
     """
     scene = fast(seed, exposure=exposure)
     clip = runs.clip(scene)
@@ -319,7 +319,7 @@ def _blurred_rows(particles: int) -> dict[str, tuple[Tracker, str]]:
     return {
         f"(1) one kernel, {particles} particles": (one, COLORS["pf-1"]),
         "(2) SSD, nine kernels": (TRACKERS["ssd"], COLORS["ssd"]),
-        "(2) SSD without the derivative of C": (LITERAL, COLORS["ssd"]),
+        "(2) SSD without the derivative of C": (FIXED_C, COLORS["ssd"]),
         f"(3) nine parts, {particles} particles": (nine, COLORS["pf-500"]),
     }
 
