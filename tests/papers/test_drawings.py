@@ -108,11 +108,14 @@ def test_the_ball_stays_turned_in_the_valley_and_finds_the_bottom_of_the_pit():
 
 
 def test_while_the_shutter_is_open_no_pixel_keeps_its_colour():
-    row = np.zeros((12, 3))
-    row[3:6] = np.eye(3)
-    seen = drawings_of_looks.exposed(row, 4)
-    assert seen.sum() == pytest.approx(row.sum())
-    assert seen.max() == pytest.approx(1 / 4)
+    (ax,) = drawings_of_looks.open_shutter.figure().axes
+    pixels = np.array([patch.get_facecolor()[:3] for patch in ax.patches])
+    *moved, frame = pixels.reshape(5, -1, 3)
+    assert frame == pytest.approx(np.mean(moved, axis=0))
+    colours = np.unique(moved[0], axis=0)
+    ground = np.all(frame == frame[0], axis=1)
+    assert len(colours) == 4 and ground.sum() == 11
+    assert all(np.abs(colours - pixel).max(1).min() > 0.05 for pixel in frame[~ground])
 
 
 def test_the_motion_that_is_not_noticed_leaves_the_car_where_it_is():

@@ -227,12 +227,12 @@ def _draw_rolling(ax: Axes, x: Array, degrees: Array, z: NDArray) -> None:
     ax.view_init(32, -58)  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def exposed(row: Array, steps: int) -> Array:
-    """A row of pixels (N, 3) that moves right by a pixel in each instant, averaged.
+def instants(row: Array, count: int, step: int) -> Array:
+    """A row of pixels (N, 3) that moves right by a step in each instant, (count, N, 3).
 
-    That is what a camera sees whose shutter is open for as many instants.
+    Their mean is what a camera sees whose shutter is open for as long.
     """
-    return np.mean([np.roll(row, k, axis=0) for k in range(steps)], axis=0)
+    return np.stack([np.roll(row, k * step, axis=0) for k in range(count)])
 
 
 @drawing("02 blur", 9, 2.2)
@@ -241,17 +241,18 @@ def open_shutter(fig: Figure) -> None:
 
     Four rows of coloured pixels, an object of blue, orange and purple that moves right
     by two pixels from row to row while the shutter is open. Below, the row that the
-    camera delivers: the mean of these instants and of those between
-    them, in which no pixel has a colour of the object.
+    camera delivers: the mean of these four, in which no pixel has a colour of the
+    object.
     """
     ax = canvas(fig, 90, 22)
     parts = ((BLUE, 3), (ORANGE, 3), (PURPLE, 3))
     colors = [color for color, count in parts for _ in range(count)]
     row = np.full((26, 3), 0.9)
     row[4:13] = [tuple(int(c[k : k + 2], 16) / 255 for k in (1, 3, 5)) for c in colors]
-    for k in range(4):
-        _draw_strip(ax, np.roll(row, 2 * k, axis=0), 18.5 - 3 * k)
-    _draw_strip(ax, exposed(row, 8), 2.5)
+    seen = instants(row, count=4, step=2)
+    for k, moved in enumerate(seen):
+        _draw_strip(ax, moved, 18.5 - 3 * k)
+    _draw_strip(ax, seen.mean(axis=0), 2.5)
     ax.text(1, 15.2, "instants while\nthe shutter is open", va="center")
     ax.text(1, 3.7, "the frame: their mean", va="center")
     arrow(ax, (53, 9), (53, 5.4))
