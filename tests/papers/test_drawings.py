@@ -5,16 +5,21 @@ import re
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 from mpl_toolkits.mplot3d.art3d import Text3D
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 
+from mkt.figures.registry import FIGURES
 from mkt.histograms import coefficient
 from mkt.papers.lessons import (
     drawings,
     drawings_of_cameras,
     drawings_of_looks,
     pencil,
+    wished,
 )
+from mkt.papers.nummiaro2003.sequences import WITH
+from mkt.papers.nummiaro2003.steps import MISSED
 from mkt.servoing.robot import Workspace, move
 
 each = pytest.mark.parametrize("name", pencil.DRAWINGS)
@@ -79,6 +84,22 @@ def test_while_the_ellipse_creeps_off_the_gate_lets_every_step_pass():
     assert (score > 0.8).all() and car[-1] < 0.8
     leap, _ = drawings.creep(0.6, np.array([1.0, 0.0]))
     assert leap[1] < 0.8
+
+
+def test_a_drawing_has_the_colours_of_its_chapters_figure():
+    *_, prior = drawings_of_looks.two_kinds_of_bins.figure().axes
+    middle = FIGURES["own.priors"].draw()[0].axes[1]
+    named = [
+        {line.get_label(): line.get_color() for line in ax.lines}
+        for ax in (prior, middle)
+    ]
+    for first, second in (("$O$", "O"), ("prior", "prior"), ("sum", "sum")):
+        assert named[0][first] == named[1][second]
+    motion = drawings_of_looks.four_wishes.figure().axes[2]
+    rings = [line.get_mec() for line in motion.lines[1:]]
+    assert rings == [wished.MODELS["by hand"], wished.MODELS["learnt on swift"]]
+    two = [patch.get_ec() for patch in drawings.two_modes.figure().axes[0].patches]
+    assert {to_rgba(WITH), to_rgba(MISSED)} <= set(two)
 
 
 def test_every_chapter_has_a_drawing():

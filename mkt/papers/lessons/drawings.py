@@ -14,7 +14,6 @@ from matplotlib.patches import Ellipse, Polygon, Rectangle
 from mkt.evaluation import overlap
 from mkt.histograms import coefficient, log_likelihood
 from mkt.papers.lessons.pencil import (
-    ARROW,
     BLUE,
     BOX,
     MIDDLE,
@@ -25,6 +24,8 @@ from mkt.papers.lessons.pencil import (
     canvas,
     drawing,
 )
+from mkt.papers.nummiaro2003.sequences import WITH
+from mkt.papers.nummiaro2003.steps import MISSED
 from mkt.particles import SCHEMES, effective_sample_size, normalised
 from mkt.plotting import CURRENT, DESIRED, EIGHT, TRACKERS, TRUTH
 from mkt.regions import from_box
@@ -197,7 +198,7 @@ def switch(fig: Figure) -> None:
     ax.plot([44, 44, 75], [6.5, 4, 4], color=TRUTH, lw=1.2)
     arrow(ax, (75, 4), (80, 9))
     ax.text(59, 5.5, "no: hidden, or lost", color=DESIRED, **MIDDLE)
-    ax.plot([23, 23, 7], [7.2, 1.5, 1.5], color="0.4", lw=1.2)
+    ax.plot([23, 23, 7], [8.5, 1.5, 1.5], color="0.4", lw=1.2)
     arrow(ax, (7, 1.5), (7, 8.8), color="0.4")
     ax.text(15, 2.9, "next frame", color="0.3", **MIDDLE)
 
@@ -226,7 +227,7 @@ def self_motion(fig: Figure) -> None:
     ax.text(34.6, 14.7, "the car\ndid, $z_k$", ha="center", va="bottom")
     arrow(ax, (45.6, 12.5), (53.3, 12.5))
     ax.text(49.3, 14.4, r"$\widehat{\partial e}/\partial t$", **MIDDLE)
-    ax.plot([56, 56, 12], [9.6, 1, 1], color=TRUTH, lw=1.2)
+    ax.plot([56, 56, 12], [11.1, 1, 1], color=TRUTH, lw=1.2)
     arrow(ax, (12, 1), (12, 2.2))
     ax.text(38, 2.4, "$v_k$, until the next frame", **MIDDLE)
     _draw_bells(fig.add_axes((0.66, 0.2, 0.32, 0.66)))
@@ -287,7 +288,7 @@ def moving_ellipse(fig: Figure) -> None:
     arrow(ax, (16, 12), (36, 17), lw=2, color=ORANGE)
     ax.text(24.8, 19.6, r"$(\dot x, \dot y)$", color="#8a5f00", **MIDDLE)
     ax.add_patch(Ellipse((36, 17), 17.2, 23.6, fill=False, ec="0.45", ls="--"))
-    ax.text(45.5, 23.4, r"$A\,s$: moved, and grown by $\dot a$", va="center")
+    ax.text(41.5, 28.2, r"$A\,s$: moved, and grown by $\dot a$", va="center")
     ax.add_patch(Ellipse((38, 14.5), 18, 24.8, fill=False, ec=BLUE, lw=2))
     ax.text(48.5, 14.5, "$A\\,s + w$: with chance;\nthe next sample", va="center")
     ax.text(73, 7, "seven numbers:", ha="center")
@@ -299,15 +300,15 @@ def moving_ellipse(fig: Figure) -> None:
 def two_modes(fig: Figure) -> None:
     """Two modes: chapter 11.
 
-    A state diagram of two modes. Tracking stays while enough samples appear, and
-    also for fewer than five frames in which too few do. After five frames on end it
-    changes to initialising, which places samples anew in each frame and changes back in
-    the first frame in which more than b N appear.
+    A state diagram of two modes, in the colours of figure 6. Tracking stays while
+    enough samples appear, and also for fewer than five frames in which too few do.
+    After five frames on end it changes to initialising, which places samples anew in
+    each frame and changes back in the first frame in which more than b N appear.
     """
     ax = canvas(fig, 90, 26)
     for x, name, what, color in (
-        (23, "tracking", "select, propagate,\nweigh, estimate, learn", CURRENT),
-        (67, "initialising", "place samples anew\nin the zones", ORANGE),
+        (23, "tracking", "select, propagate,\nweigh, estimate, learn", WITH),
+        (67, "initialising", "place samples anew\nin the zones", MISSED),
     ):
         ax.add_patch(Ellipse((x, 13), 25, 15, fc="white", ec=color, lw=2.5))
         ax.text(x, 15.6, name, weight="bold", **MIDDLE)
@@ -393,41 +394,43 @@ def drift(fig: Figure) -> None:
 def hybrid(fig: Figure) -> None:
     """Two ways to go on, and a search that widens: chapter 13.
 
-    Three moments of a walker and a wall. In view, half of the particles walk at
-    random round the last place and half have gone on with the walker. Just hidden, all
-    are spread evenly round the last place, half of them moved on. Longer hidden, the
-    spread is wider, and when the walker comes out some particle is near.
+    Three moments of a person and a wall. In view, half of the particles, the walkers,
+    walk at random round the last place, and half, the runners, have gone on with the
+    person. Just hidden, all are spread evenly round the last place, the runners moved
+    on. Longer hidden, the spread is wider, and when the person comes out some particle
+    is near.
     """
     axes = fig.subplots(1, 3, gridspec_kw={"left": 0.01, "right": 0.99, "wspace": 0.05})
     titles = "in view", "hidden for 1 frame", "hidden for 6 frames"
     rng = np.random.default_rng(2)
     speed = 1.5
     for ax, title, hidden in zip(axes, titles, (0, 1, 6), strict=True):
-        last = 8.0
+        last = 8.0 if hidden else 8.0 - speed
         chance = rng.normal(0, 0.8, (40, 2))
         if hidden:
             chance = rng.uniform(-1, 1, (40, 2)) * (1.5 + 0.45 * hidden)
         places = np.array([last, 5.0]) + chance
         places[20:, 0] += speed * max(hidden, 1)
-        ax.add_patch(Rectangle((10.5, 0.2), 5.5, 9.6, fc="0.85", ec="none"))
+        ax.add_patch(Rectangle((8.8, 0.2), 6.4, 9.6, fc="0.85", ec="none"))
         ax.plot(*places[:20].T, "o", ms=4.5, color=BLUE, label="walkers")
         ax.plot(*places[20:].T, "^", ms=5, color=ORANGE, label="runners")
-        ax.plot(last, 5, "+", color=TRUTH, ms=13, mew=2, label="last estimate")
-        ax.plot(last + speed * max(hidden, 1), 5, "*", color=CURRENT, ms=16, mec=TRUTH)
+        cross = {"ls": "", "color": TRUTH, "mew": 2, "label": "last estimate"}
+        ax.plot(last, 5, "+", ms=13, **cross)
+        person = last + speed * max(hidden, 1)
+        star = {"ls": "", "color": CURRENT, "mec": TRUTH, "label": "the person"}
+        ax.plot(person, 5, "*", ms=16, **star)
         ax.set(xlim=(1, 23), ylim=(0, 10), title=title)
         ax.set_axis_off()
-    axes[0].text(13.2, 9, "wall", **MIDDLE)
-    axes[0].legend(loc="lower right", handletextpad=0.2, borderaxespad=0)
-    axes[2].annotate(
-        "the walker", (17.2, 4.6), (19, 1.2), ha="center", arrowprops=ARROW
-    )
+    axes[0].text(12, 9, "wall", **MIDDLE)
+    named = axes[0].get_legend_handles_labels()
+    fig.legend(*named, loc="lower center", ncols=4, handletextpad=0.2, borderaxespad=0)
 
 
 @drawing("14", 9, 2.4)
 def two_boxes(fig: Figure) -> None:
     """Two boxes and their overlap: chapter 14.
 
-    Three pairs of boxes, the truth in black and the answer in red. What both share
+    Three pairs of boxes, the truth in black and the answer in green. What both share
     is shaded; over the area that either covers it is the overlap: high for a small
     shift, one quarter for an answer of twice the width and height, and zero for two
     boxes with a gap between them.
@@ -444,8 +447,8 @@ def two_boxes(fig: Figure) -> None:
         (left, right), (top, bottom) = sides
         if right > left and bottom > top:
             size = right - left, bottom - top
-            ax.add_patch(Rectangle((left, top), *size, fc="#f3d3d4", ec="none"))
-        for (x, y, width, height), color in ((truth, TRUTH), (answer, DESIRED)):
+            ax.add_patch(Rectangle((left, top), *size, fc="#d6f0db", ec="none"))
+        for (x, y, width, height), color in ((truth, TRUTH), (answer, CURRENT)):
             box = Rectangle((x, y), width, height, fill=False, ec=color, lw=2)
             ax.add_patch(box)
         ax.set_title(f"{name}: $A$ = {shared:.2f}")

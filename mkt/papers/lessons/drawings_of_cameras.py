@@ -101,7 +101,8 @@ def _draw_scene(ax: Any, poses: Sequence[Array]) -> None:
     for (name, color), axis in zip(AXES.items(), turn.T, strict=True):
         ends = _up(np.array([centre, centre + 0.3 * axis]))
         ax.plot(*ends.T, color=color, lw=2)
-        ax.text(*_up((centre + 0.36 * axis)[None])[0], f"${name}$", color=color)
+        place = _up((centre + 0.36 * axis)[None])[0]
+        ax.text(*place, f"${name}$", color=color, **MIDDLE)
     arc = np.array([pose[:3, 3] for pose in _arc(poses)])
     ax.plot(*_up(arc).T, ":", color="0.45", lw=1.5)
     ax.set(xlim=(-0.42, 0.42), ylim=(-0.42, 0.42), zlim=(-0.05, 0.95))
@@ -214,7 +215,7 @@ def _draw_errors(ax: Axes) -> None:
         errors = delayed(SAME_GAIN, delay, 16)
         label = "no delay" if not delay else f"$d$ = {delay}"
         ax.plot(errors, ".-", color=color, lw=1.6, label=label)
-    ax.set(xlim=(0, 15), ylim=(-2, 2), xlabel="frame")
+    ax.set(xlim=(0, 15), ylim=(-2.4, 2), xlabel="frame")
     ax.set(xticks=[0, 5, 10, 15], yticks=[-1, 0, 1])
     ax.set_title(f"error after a push, $\\lambda\\,\\Delta t$ = {SAME_GAIN}")
     ax.legend(loc="lower left", ncols=2, borderaxespad=0, columnspacing=1)

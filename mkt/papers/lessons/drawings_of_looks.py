@@ -287,7 +287,7 @@ def five_things(fig: Figure) -> None:
     for k, words in enumerate(five):
         y = 26.5 - 5.2 * k
         boxes(ax, [words], [33], y)
-        arrow(ax, (40.2, y), (50.3, 15.6 + 0.12 * (y - 15.6)))
+        arrow(ax, (42, y), (50.3, 15.6 + 0.12 * (y - 15.6)))
     ax.text(55, 15.6, "track", weight="bold", bbox=BOX | {"ec": CURRENT}, **MIDDLE)
     three = "the film", "the table:\na row per frame", "the settings:\nthe five"
     for words, y in zip(three, (26, 16, 6), strict=True):
@@ -355,16 +355,16 @@ def _draw_both(ax: Axes, box: Frame, labels: NDArray) -> None:
 
 
 def _draw_prior(ax: Axes) -> None:
-    """A shallow cost, a parabola and their sum, over the size."""
+    """A shallow cost, a parabola and their sum, in the colours of `own.priors`."""
     size = np.linspace(0.6, 1.4, 200)
     cost = 0.12 * (size - 1.32) ** 2 + 0.05
     prior = 0.5 * (size - 1) ** 2
-    for curve, color, name in (
-        (cost, BLUE, "$O$"),
-        (prior, ORANGE, "prior"),
-        (cost + prior, CURRENT, "sum"),
+    for curve, color, dashes, name in (
+        (cost, BLUE, "-", "$O$"),
+        (prior, "0.5", "--", "prior"),
+        (cost + prior, ORANGE, "-", "sum"),
     ):
-        ax.plot(size, curve, color=color, lw=2, label=name)
+        ax.plot(size, curve, dashes, color=color, lw=2, label=name)
         low = curve.argmin()
         ax.plot(size[low], curve[low], "o", color=color, mec=TRUTH)
     ax.set(xticks=[1], xticklabels=["last size"], yticks=[], xlabel="size")
@@ -379,8 +379,8 @@ def four_wishes(fig: Figure) -> None:
     Four small pictures. Neighbours: two histograms with one full bin each, side by
     side; their coefficient is 0, and it is larger once each bin has shared with its
     neighbours. Shape: an upright ellipse and a person's outline in it, which leaves
-    out the ground. Learnt motion: dots of a track, and two arrows for the next place,
-    as long as the last step, and shorter, as learnt. Two cameras: one sees the ball,
+    out the ground. Learnt motion: dots of a track, and two rings for the next place,
+    as far on as the last step, and nearer, as learnt. Two cameras: one sees the ball,
     the other a wall; the first tells the second.
     """
     titles = "neighbours", "shape", "learnt motion", "two cameras"
@@ -448,7 +448,7 @@ def _draw_learnt(ax: Axes) -> None:
     ax.plot(*track.T, "o-", color=TRUTH, ms=6, lw=1)
     ahead = model.predict(here, np.random.default_rng(0)).regions[0, :2]
     same = 2 * track[-1] - track[-2]
-    for end, color in ((same, ORANGE), (ahead, BLUE)):
+    for end, color in ((same, PURPLE), (ahead, ORANGE)):  # as in `own.learnt_motion`
         ax.plot(*end, "o", mfc="none", mec=color, ms=9, mew=2)
     ax.text(*(same + [0.15, 0.2]), "as before", ha="center", va="bottom")
     ax.text(*(ahead + [0.3, -0.35]), "learnt", ha="center", va="top")
