@@ -88,6 +88,8 @@ def test_all_trackers_of_the_library_in_one_axes_differ_in_colour_or_dashes():
         tuple(style.values()) for style in benchmark.styles(list(by_name.TRACKERS))
     ]
     assert len(set(styles)) == len(styles) > len(TRACKERS)
+    (adaptive,) = benchmark.styles(["adaptive"])
+    assert adaptive["color"] == sequences.WITH  # as where the tracker is explained
 
 
 def test_where_colours_return_the_dashes_differ():

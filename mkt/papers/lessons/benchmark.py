@@ -15,6 +15,7 @@ from mkt.figures.registry import Shown, figure, grid_columns, shown
 from mkt.papers import runs
 from mkt.papers.cordoba2014.printed import COLORS as DASHED
 from mkt.papers.cordoba2014.printed import NAMES, OVERALL, TABLE
+from mkt.papers.nummiaro2003.sequences import WITH
 from mkt.plotting import CONTRAST, DASHES, TRUTH
 from mkt.plotting import TRACKERS as COLORS
 from mkt.scenes.drawn import Drawn
@@ -22,10 +23,12 @@ from mkt.trackers.by_name import LABELS, TRACKERS, quick
 from mkt.types import Array, NDArray
 
 # Colours and dashes: full lines for [T09]'s trackers and ours, dashed ones for those of
-# [C14], all in their colours of other plots; others have none of their own.
+# [C14], dashes and dots for that of [N03], all in their colours of other plots; others
+# have none of their own.
 OWN = {name: (color, "-") for name, color in COLORS.items()}
 OWN |= {"guided": (TRUTH, "-")}
 OWN |= {name: (color, "--") for name, color in DASHED.items()}
+OWN |= {"adaptive": (WITH, "-.")}
 OTHERS = [(color, dash) for dash in DASHES[2:] for color in CONTRAST]
 SCENES = ("look-alike", "occlusion")
 # Rows of truth in BoBoT; the first is where a tracker starts.
