@@ -335,10 +335,11 @@ def run(
     the hypotheses as dots, larger the more they weigh, the thirty heaviest with their
     outline.  Right, the distance of each of the nine parts at the estimate, and the
     sorted weights of the particles. Below, the whole run, the frame marked; grey where
-    less than half of the target is visible, red where the tracker itself says that it
-    is lost. Synthetic scenes of [T09]'s figures 6 ("hidden") and 5 ("fast").  The
-    number in "pf-1" counts kernels (it has 500 particles), in "pf-500" and "pf-75"
-    particles; the slider for particles concerns "pf-75" and "combined" alone.
+    less than half of the target is visible, pale red where the tracker itself says that
+    it is lost, dark red where both are so. Synthetic scenes of [T09]'s figures 6
+    ("hidden") and 5 ("fast").  The number in "pf-1" counts kernels (it has 500
+    particles), in "pf-500" and "pf-75" particles; the slider for particles concerns
+    "pf-75" and "combined" alone.
     """
     source = SCENES[scene](seed)
     clip = runs.clip(source)

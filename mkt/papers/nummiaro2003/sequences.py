@@ -268,7 +268,8 @@ def fig6(
     around frames 45 and 165, a tree hides the student around frame 101, and in the end
     the student leaves.  Dashed the true place.  Green is the estimate in the mode
     "tracking", with the samples' centres as black points; in the mode "initialising"
-    there is no estimate, and white points are where the samples wait.  tree: its width
+    there is no estimate, and white points are where the samples wait.  The square in a
+    title is green in the one mode and grey in the other.  tree: its width
     [px], which sets how long the student is hidden.  The model does not learn here.  As
     in the print the student is lost behind the tree and found again; the real sequence
     cannot be had.
