@@ -92,9 +92,9 @@ STEPS: dict[str, tuple[list[str], tuple[Callable, ...]]] = {
         (Adaptive.updated,),
     ),
 }
-LINE = 0.118  # [inch] from one line of the listing to the next
+LINE = 0.15  # [inch] from one line of the listing to the next
 FORMULA = 0.3  # [inch] from one formula to the next
-CODE = 0.295  # where the listing begins, as a share of the width
+CODE = 0.25  # where the listing begins, as a share of the width
 
 
 def listing(function: Callable) -> list[str]:
@@ -107,7 +107,7 @@ def listing(function: Callable) -> list[str]:
     return lines
 
 
-@figure("nummiaro2003.fig1", size=(7.9, 13.6))
+@figure("nummiaro2003.fig1", size=(10, 16.3))
 def fig1(fig: Figure) -> Shown:
     """One iteration of the colour particle filter, and the lines that do it.
 
@@ -143,7 +143,7 @@ def _draw_step(
     for k, formula in enumerate(formulas, 1):
         fig.text(0.025, edge - (0.2 + FORMULA * k) * inch, formula, fontsize=9.5)
     height = 0.08
-    code = {"family": "monospace", "fontsize": 7.5, "va": "top"}
+    code = {"family": "monospace", "fontsize": 9.5, "va": "top"}
     for function in functions:
         lines = listing(function)
         y = edge - height * inch
