@@ -835,3 +835,13 @@ def test_reprs_of_drawing_calls_are_not_on_the_page(site):
         "&lt;matplotlib." in (site / f"{chapter.name}.html").read_text(encoding="utf-8")
         for chapter in BOOK.chapters
     )
+
+
+def test_lines_that_cells_print_fit_in_their_box_on_a_wide_screen(site):
+    long = []
+    for chapter in BOOK.chapters:
+        text = (site / f"{chapter.name}.html").read_text(encoding="utf-8")
+        printed = re.findall(r'<div class="output[^"]*stream.*?</pre>', text, re.S)
+        lines = unescape(re.sub(r"<[^>]*>", "", "\n".join(printed))).splitlines()
+        long += [line for line in lines if len(line) > 98]
+    assert long == []
