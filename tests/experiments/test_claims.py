@@ -312,7 +312,15 @@ class Tabled:
 # Lines whose trackers are all in the table; what is not computed from runs is left out.
 @pytest.mark.parametrize(
     "name, lines",
-    [("T09-b", 5), ("T09-c", 6), ("T09-d", 2), ("T09-e", 2), ("T09-f", 9), ("T09-j", 7)]
+    [
+        ("T09-b", 5),
+        ("T09-c", 6),
+        ("T09-d", 2),
+        ("T09-e", 2),
+        ("T09-f", 9),
+        ("T09-j", 7),
+        ("T09-k", 1),
+    ]
     + [("C14-a", 1), ("C14-b", 4)],
 )
 def test_the_shipped_claims_follow_from_the_shipped_runs(name, lines, monkeypatch):
