@@ -28,6 +28,7 @@ import {
   dot,
   el,
   outline,
+  outlineTruth,
   SLICE,
   takeOver,
 } from "./page.js";
@@ -46,7 +47,9 @@ const WORDS = [
     `${new Set(ancestors).size} of ${ancestors.length} live on`,
 ];
 const [REACH, PLACES] = [40, 81]; // [px] of the likelihood along x, and its places
-const [CROWD, GREEN, BLUE, GREY] = ["#e49c00", "#33b24d", "#1e7dc1", "#888"];
+const CLOSE = 34; // [px] round the crowd that are shown: no car is cut
+const [CROWD, GREEN, BLUE] = ["#e49c00", "#33b24d", "#1e7dc1"];
+const [GREY, DEAD] = ["#888", "#555"];
 
 function upright(pen, x, from, to, color) {
   Object.assign(pen, { strokeStyle: color, lineWidth: 2 });
@@ -224,7 +227,7 @@ class Beats {
 
   // How large each particle is drawn, from 0 to 1, and whether it lives on.
   sizes({ weights, ancestors }, beat) {
-    if (beat === 0) return weights.map(() => 0.15);
+    if (beat === 0) return weights.map(() => 0.08);
     let values = weights;
     if (beat === 3) {
       values = weights.map(() => 0);
@@ -234,56 +237,80 @@ class Beats {
     return values.map((value) => value / most);
   }
 
+  // The part [left, top, width, height] of the frame with the crowd, and its scale.
+  part({ before, particles }, width) {
+    const there = [...before, ...particles, this.truth[this.shown]];
+    const ends = this.size.map((_, axis) => {
+      const along = there.map((region) => region[axis]);
+      return [Math.min(...along) - CLOSE, Math.max(...along) + CLOSE];
+    });
+    const shares = ends.map(([low, high], axis) => (high - low) / this.size[axis]);
+    const share = Math.min(Math.max(...shares), 1);
+    const sides = this.size.map((side) => share * side);
+    const from = ends.map(([low, high], axis) => {
+      const first = (low + high - sides[axis]) / 2;
+      return Math.min(Math.max(first, 0), this.size[axis] - sides[axis]);
+    });
+    return { part: [...from, ...sides], scale: width / sides[0] };
+  }
+
   drawFrame(pen, width, height) {
     const round = this.rounds[this.shown];
     if (!round?.region) return;
-    const scale = width / this.size[0];
-    const onto = ([x, y]) => [(x + 0.5) * scale, (y + 0.5) * scale];
+    const { part, scale } = this.part(round, width);
+    const onto = ([x, y]) =>
+      [x + 0.5 - part[0], y + 0.5 - part[1]].map((u) => u * scale);
     this.paint(this.shown, round.wall);
-    pen.globalAlpha = 0.5; // so that particles are seen on it
-    pen.drawImage(this.scene, 0, 0, width, height);
+    pen.fillStyle = "#fff"; // pale, by night too: particles are seen on it
+    pen.fillRect(0, 0, width, height);
+    pen.globalAlpha = 0.5;
+    pen.drawImage(this.scene, ...part, 0, 0, width, height);
     pen.globalAlpha = 1;
     const beat = BEATS.indexOf(this.controls.values.beat);
-    if (beat === 0) this.drawWays(pen, round, onto);
     const sizes = this.sizes(round, beat);
-    round.particles.forEach((region, i) => {
-      const [x, y] = onto(region);
-      if (sizes[i] > 0)
-        return dot(pen, x, y, 2 + 6 * Math.sqrt(sizes[i]), CROWD, "#000");
-      pen.beginPath();
+    const places = round.particles.map(onto);
+    this.drawDead(
+      pen,
+      places.filter((_, i) => !sizes[i]),
+    );
+    places.forEach(
+      ([x, y], i) =>
+        sizes[i] && dot(pen, x, y, 1.5 + 5 * Math.sqrt(sizes[i]), CROWD, "#000", 0.6),
+    );
+    if (beat === 0) this.drawWays(pen, round, onto);
+    if (beat === 2) this.drawEstimate(pen, round, onto);
+  }
+
+  // Crosses where none lives on, below those that do.
+  drawDead(pen, places) {
+    pen.beginPath();
+    for (const [x, y] of places)
       for (const way of [3, -3]) {
         pen.moveTo(x - 3, y - way);
         pen.lineTo(x + 3, y + way);
       }
-      for (const [strokeStyle, lineWidth] of [
-        ["#000", 3],
-        ["#fff", 1],
-      ]) {
-        Object.assign(pen, { strokeStyle, lineWidth });
-        pen.stroke();
-      }
-    });
-    if (beat !== 2) return;
-    outline(pen, corners(this.truth[this.shown]).map(onto), "#000", 1.5);
-    outline(pen, corners(round.region).map(onto), GREEN, 3);
-    const [from, to] = [round.region, warp(round.region, [1, 0])].map(onto);
-    pen.beginPath();
-    pen.moveTo(...from);
-    pen.lineTo(...to);
+    Object.assign(pen, { strokeStyle: DEAD, lineWidth: 1 });
     pen.stroke();
   }
 
-  // From where each particle came.
+  drawEstimate(pen, { region }, onto) {
+    outlineTruth(pen, corners(this.truth[this.shown]).map(onto));
+    outline(pen, corners(region).map(onto), GREEN, 3);
+    pen.beginPath();
+    for (const end of [region, warp(region, [1, 0])]) pen.lineTo(...onto(end));
+    pen.stroke();
+  }
+
+  // From where each particle came; over the dots, or they would hide it.
   drawWays(pen, { before, particles }, onto) {
-    Object.assign(pen, { strokeStyle: "#333", lineWidth: 1 });
+    Object.assign(pen, { strokeStyle: "#000", lineWidth: 0.8 });
+    pen.beginPath();
     before.forEach((region, i) => {
-      const [x, y] = onto(region);
-      pen.beginPath();
-      pen.moveTo(x, y);
+      pen.moveTo(...onto(region));
       pen.lineTo(...onto(particles[i]));
-      pen.stroke();
-      dot(pen, x, y, 2, GREY);
     });
+    pen.stroke();
+    for (const region of before) dot(pen, ...onto(region), 2, GREY);
   }
 
   // Along x: sticks, and the likelihood.
@@ -377,19 +404,21 @@ class Beats {
   hands() {
     const settle = () => this.controls.set({});
     let grip = 0;
+    // Where along the frame a place on the canvas lies.
+    const along = (u) => {
+      const round = this.rounds[this.shown];
+      const { part, scale } = this.part(round, this.frame.node.clientWidth);
+      return part[0] + u / scale;
+    };
     this.frame.dragged(
       ([u]) => {
-        const scale = this.frame.node.clientWidth / this.size[0];
         const { wall } = this.controls.values;
         // A wall out of sight comes to the hand.
-        const near = Math.abs(u / scale - wall) < this.bricks.width / 2;
-        grip = near ? wall - u / scale : 0;
-        if (!near) this.controls.set({ wall: Math.round(u / scale) }, true);
+        const near = Math.abs(along(u) - wall) < this.bricks.width / 2;
+        grip = near ? wall - along(u) : 0;
+        if (!near) this.controls.set({ wall: Math.round(along(u)) }, true);
       },
-      ([u]) => {
-        const scale = this.frame.node.clientWidth / this.size[0];
-        this.controls.set({ wall: Math.round(u / scale + grip) }, true);
-      },
+      ([u]) => this.controls.set({ wall: Math.round(along(u) + grip) }, true),
       settle,
     );
     this.frame.keyed(([right]) => {

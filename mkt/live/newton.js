@@ -25,6 +25,7 @@ import {
   knob,
   number,
   outline,
+  outlineTruth,
   SLICE,
   takeOver,
   within,
@@ -190,7 +191,7 @@ class Newton {
     pen.globalAlpha = 1;
     this.onto = ([x, y]) => [(x - 59.5) * scale, (y - 24.5) * scale];
     const box = (region) => corners(region).map(this.onto);
-    outline(pen, box(this.truth), "#000", 1.5);
+    outlineTruth(pen, box(this.truth));
     for (const region of this.path.slice(1, this.taken))
       outline(pen, box(region), ORANGE, 1);
     outline(pen, box(this.path[0]), ORANGE, 3);

@@ -465,6 +465,15 @@ export function outline(pen, points, color, width = 2) {
   }
 }
 
+// That of the truth: black with white dashes, as mkt.plotting.draw_truth has it.
+export function outlineTruth(pen, points) {
+  outline(pen, points, "#000", 2.5);
+  pen.setLineDash([4, 4]);
+  Object.assign(pen, { strokeStyle: "#fff", lineWidth: 1.2 });
+  pen.stroke();
+  pen.setLineDash([]);
+}
+
 // A dot with a dark rim, which shows on any ground.
 export function dot(pen, x, y, radius, color, rim = "#0008", thick = 1) {
   pen.beginPath();

@@ -13,6 +13,7 @@ import {
   GONE,
   legible,
   outline,
+  outlineTruth,
   SLICE,
   takeOver,
 } from "./page.js";
@@ -324,7 +325,7 @@ class Wall {
     if (photo) this.exposure.pen.putImageData(photo, 0, 0);
     else this.exposure.paint(frame);
     pen.drawImage(this.exposure.scene, 0, 0, width, height);
-    outline(pen, corners(this.truth[frame]).map(onto), "#000", 1.5);
+    outlineTruth(pen, corners(this.truth[frame]).map(onto));
     for (const { name, color } of this.trackers) {
       const run = this.latest[name]?.[0];
       if (run) outline(pen, corners(run.regions[frame]).map(onto), color, 2.5);

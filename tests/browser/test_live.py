@@ -19,6 +19,7 @@ from mkt.figures.live import MODULES
 from mkt.figures.registry import FIGURES
 from mkt.histograms import histograms, learn
 from mkt.kernels import Kernels
+from mkt.papers.lessons import beats
 from mkt.papers.teuliere2009.histograms import WIDEST, still
 from mkt.regions import displaced
 from mkt.scenes.layers import Layer
@@ -331,6 +332,14 @@ def test_a_wall_is_moved_in_by_mouse_and_by_keys_and_the_past_stays(opened):
     frame.press("ArrowRight")
     assert slide(panel, "wall [px]").input_value() == str(wall + 5)
     assert f"wall={wall + 5}" in page.url
+
+
+def test_the_film_of_beats_shows_the_part_round_the_crowd(opened):
+    page = opened(BEATS, "#beats?frame=20")
+    panel = ready(page, "Frame 20", place=1)
+    drag(page, panel.locator("canvas").first, (0.9, 0.5), (0.5, 0.5))
+    wall = int(slide(panel, "wall [px]").input_value())
+    assert wall == pytest.approx(beats.film().sequence().truth[20, 0], abs=10)
 
 
 @pytest.mark.parametrize(
