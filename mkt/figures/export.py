@@ -6,7 +6,7 @@ data.  It has no date in it, so that the same figure makes the same file.
 """
 
 import io
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -102,13 +102,11 @@ def _write_moving(entry: Entry, path: Path, parameters: Mapping[str, Any]) -> No
         raise ValueError("it has no parameter 'frame', over which a .gif could move")
     if "frame" in parameters:
         raise ValueError("a .gif moves over 'frame'; leave it out, or take a .png")
-    pictures, frames = [], entry.values("frame")[::2]
-    for k in tqdm(frames, desc="frames", disable=None):
-        fig, _ = entry.draw(MOVING_DPI, **{**parameters, "frame": k})
-        drawn = io.BytesIO()
-        with in_style():
-            fig.savefig(drawn, format="png")
-        pictures.append(Image.open(drawn).convert("RGB").quantize(COLORS, dither=0))
+    pictures = [
+        picture.quantize(COLORS, dither=0)
+        for picture in moving(entry, parameters, MOVING_DPI)
+    ]
+    frames = _moments(entry)
     shown = facts(entry, {**parameters, "frame": f"{frames[0]} to {frames[-1]}"})
     with whole(path) as half:
         pictures[0].save(
@@ -119,6 +117,23 @@ def _write_moving(entry: Entry, path: Path, parameters: Mapping[str, Any]) -> No
             loop=0,
             comment="\n".join(_lines(dict(zip(KEYS[MOVING], shown, strict=True)))),
         )
+
+
+def moving(
+    entry: Entry, parameters: Mapping[str, Any], dpi: int
+) -> Iterator[Image.Image]:
+    """The RGB pictures of a figure at every second position of its `frame`."""
+    for k in tqdm(_moments(entry), desc="frames", disable=None):
+        fig, _ = entry.draw(dpi, **{**parameters, "frame": k})
+        drawn = io.BytesIO()
+        with in_style():
+            fig.savefig(drawn, format="png")
+        yield Image.open(drawn).convert("RGB")
+
+
+def _moments(entry: Entry) -> Sequence[Any]:
+    """Where its film shows a figure: every second position of `frame`."""
+    return entry.values("frame")[::2]
 
 
 def write_all(entries: Iterable[Entry], folder: Path, ending: str) -> None:

@@ -27,6 +27,7 @@ from mkt.types import Frame
 
 WIDTH, DPI = 7.6, 80  # of a picture [inch], and dots an inch
 QUALITY = 85  # of the picture that stands there until the film is started
+BAR = 72  # [px] below the pictures, for the browser's controls, which lie over a film
 
 
 def stage(height: float, length: int) -> tuple[Figure, Axes, Axes]:
@@ -109,9 +110,12 @@ def play(frames: Iterable[Frame], fps: float, alt: str) -> HTML:
     options = (cv2.IMWRITE_WEBP_QUALITY, QUALITY)
     poster = cv2.imencode(".webp", cv2.cvtColor(last, cv2.COLOR_RGB2BGR), options)[1]
     text = html.escape(alt, quote=True)
+    high, wide = last.shape[:2]
+    height = f"calc(min({wide}px, 100vw) * {high / wide:.4f} + {BAR}px)"
+    place = "object-fit: contain; object-position: left top"
     return HTML(
-        f'<video controls muted playsinline width="{last.shape[1]}" '
-        f'style="max-width: 100%; height: auto" aria-label="{text}" '
+        f'<video controls muted playsinline width="{wide}" '
+        f'style="max-width: 100%; height: {height}; {place}" aria-label="{text}" '
         f'poster="{data_uri("image/webp", poster.tobytes())}" '
         f'src="{data_uri("video/webm", film)}">{text}</video>'
     )

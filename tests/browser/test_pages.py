@@ -10,6 +10,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 
 from mkt.course.book import contents, pages
+from mkt.figures.film import BAR
 from tests.browser.jupyterlab import PLAYED
 from tests.lot import DAY
 
@@ -49,6 +50,12 @@ SCHEMES = "light", "dark"
 BY_TURNS = list(zip((NARROW, WIDE), (SCHEMES * 2)[DAY % 2 :], strict=False))
 LETTERS = 0.9  # of a drawing's own size: those of 9 pt are then 9 px
 LOCAL = "file:", "data:", "blob:"
+# Where a film ends at the right [px], and what of it is below its pictures.
+ROUND_A_FILM = """async (film) => {
+  await film.play();
+  const { right, width, height } = film.getBoundingClientRect();
+  return [right, height - width * film.videoHeight / film.videoWidth];
+}"""
 AXE = Axe()
 
 
@@ -146,7 +153,7 @@ def test_letters_of_a_drawing_are_no_smaller_on_a_telephone(chapter):
 
 
 SHOWN = """() => [...document.querySelectorAll(
-  ".mkt-shown img, .cell_output > a > img, .cell_output video"
+  ".mkt-shown img, .cell_output > a > img"
 )].map((image) => [image.clientWidth, Number(image.getAttribute("width"))])"""
 
 
@@ -263,6 +270,13 @@ def test_every_film_plays(site, browser):
         films = [film.evaluate(PLAYED) for film in page.locator("video").all()]
         page.close()
         assert all(after > before for before, after in films)
+
+
+def test_a_film_is_whole_on_a_phone_and_its_bar_lies_below_the_pictures(site, browser):
+    page = Opened(browser, NARROW).go(site / "09_moving_target.html").page
+    right, below = page.locator("video").evaluate(ROUND_A_FILM)
+    page.close()
+    assert right <= NARROW["width"] and below >= BAR
 
 
 def test_no_page_of_the_library_fails_or_is_too_wide(site, browser):

@@ -1,5 +1,6 @@
 """The book: its contents, its notebooks as stored and as run, and the site."""
 
+import io
 import re
 import shutil
 import time
@@ -14,6 +15,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from markdown_it import MarkdownIt
+from PIL import Image, ImageSequence
 
 from mkt.course.book import (
     agreement,
@@ -30,6 +32,7 @@ from mkt.course.labs.notebooks import labs
 from mkt.experiments import claims, leaderboard, shipped
 from mkt.experiments.claims_as_text import measured
 from mkt.experiments.leaderboard_as_text import extent
+from mkt.figures import export
 from mkt.figures.registry import FIGURES
 from mkt.figures.static_panel import FILES
 from mkt.files import DATA, PACKAGE
@@ -485,6 +488,20 @@ def test_a_figure_is_drawn_once_and_alone_when_it_changes(nothing_known, monkeyp
     assert pictures.drawn() == first and asked == list(FIGURES)
     changed = "own.run"
     assert pictures.drawn() == first and asked == [*FIGURES, "own.run"]
+
+
+def test_the_film_of_the_first_page_keeps_its_colours(nothing_known, monkeypatch):
+    drawn = [Image.new("RGB", (64, 48), (80 * k, 60, 20)) for k in range(3)]
+    monkeypatch.setattr(export, "moving", lambda *_: iter(drawn))
+    (content,) = pictures.film().values()
+    with Image.open(io.BytesIO(content)) as film:
+        shown = [each.convert("RGB") for each in ImageSequence.Iterator(film)]
+        assert film.info["duration"] == export.MOVING_MS
+    assert len(shown) == 3
+    for there, before in zip(shown, drawn, strict=True):
+        assert np.abs(np.subtract(there, before, dtype=float)).mean() < 6
+    monkeypatch.setattr(export, "moving", None)
+    assert list(pictures.film().values()) == [content]  # it is known
 
 
 # Pages

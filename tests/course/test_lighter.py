@@ -5,7 +5,6 @@ import base64
 import cv2
 import numpy as np
 import pytest
-from PIL import Image, ImageSequence
 
 from mkt.course.book import lighter
 from mkt.course.book.lighter import lighten
@@ -65,24 +64,6 @@ def test_a_drawing_that_was_made_smaller_is_known(tmp_path, monkeypatch):
         made.append((smaller.name, smaller.read_bytes()))
         monkeypatch.setattr(lighter, "_smallest", None)
     assert made[0] == made[1]
-
-
-def test_a_moving_picture_stays_one_and_becomes_smaller(tmp_path):
-    pictures = [Image.new("RGB", (64, 48), (80 * k, 60, 20)) for k in range(3)]
-    film = tmp_path / "_static" / "ball.gif"
-    film.parent.mkdir()
-    pictures[0].save(
-        film, save_all=True, append_images=pictures[1:], duration=120, loop=0
-    )
-    (tmp_path / "one.html").write_text('<img src="_static/ball.gif">')
-    lighten(tmp_path)
-    assert (tmp_path / "one.html").read_text() == '<img src="_static/ball.avif">'
-    with Image.open(film.with_suffix(".avif")) as moving:
-        shown = [each.convert("RGB") for each in ImageSequence.Iterator(moving)]
-        assert moving.info["duration"] == 120
-    assert not film.exists() and len(shown) == 3
-    for there, drawn in zip(shown, pictures, strict=True):
-        assert np.abs(np.subtract(there, drawn, dtype=float)).mean() < 6
 
 
 def test_what_no_reader_sees_goes_and_what_is_code_stays_as_it_is(tmp_path):

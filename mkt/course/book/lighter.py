@@ -13,7 +13,6 @@ from functools import partial
 from pathlib import Path
 
 import cv2
-from PIL import Image, ImageSequence
 
 from mkt.course.book.punctuation import with_signs, with_units
 from mkt.experiments.cache import Shelf, key
@@ -25,7 +24,6 @@ INSIDE = re.compile(
 )
 DRAWINGS = "_images"  # of cells, as Sphinx lays them out
 DRAWING = re.compile(rf"({DRAWINGS}/(\w+))\.png")
-FILM = re.compile(r"(_static/\w+)\.gif")
 # What the theme writes in the colour of all code needs nothing round it.
 PLAIN = re.compile(r'<span class="(?:n|p|w)">([^<]*)</span>')
 # The theme's icons are in every page, even those that it does not use.
@@ -42,7 +40,6 @@ ENCODINGS = [
 ]
 # A picture as ENDING, a new line, and its bytes.
 LIGHTER = Shelf("lighter", ".picture", bytes, bytes)
-MOVING = {"quality": 55, "speed": 8, "save_all": True, "loop": 0}
 
 
 def lighten(folder: Path) -> None:
@@ -54,8 +51,6 @@ def lighten(folder: Path) -> None:
     endings = {
         path.stem: ending for path, ending in zip(drawings, encoded, strict=True)
     }
-    for film in (folder / "_static").glob("*.gif"):
-        _reduce_film(film)
     for origin in folder.rglob("*.map"):  # of the theme, for those who make it
         origin.unlink()
     for page in folder.rglob("*.html"):
@@ -63,7 +58,6 @@ def lighten(folder: Path) -> None:
         beside = Path(os.path.relpath(folder / FOLDER, page.parent)).as_posix()
         lighter = INSIDE.sub(partial(_moved, folder / FOLDER, beside), text)
         lighter = DRAWING.sub(lambda found: found[1] + endings[found[2]], lighter)
-        lighter = FILM.sub(r"\1.avif", lighter)
         lighter = with_units(with_signs(_shorter(lighter)))
         if lighter != text:
             page.write_text(lighter, encoding="utf-8")
@@ -115,14 +109,3 @@ def _smallest(picture: Path) -> bytes:
         for ending, options in ENCODINGS
     )
     return min(made, key=len)
-
-
-def _reduce_film(film: Path) -> None:
-    """Replace a GIF by an AVIF, which stores only what changes between pictures."""
-    with Image.open(film) as gif:
-        pictures = [each.convert("RGB") for each in ImageSequence.Iterator(gif)]
-        pause = gif.info["duration"]
-    first, others = pictures[0], pictures[1:]
-    named = film.with_suffix(".avif")
-    first.save(named, append_images=others, duration=pause, **MOVING)
-    film.unlink()

@@ -24,7 +24,7 @@ import numpy as np
 from markupsafe import Markup, escape
 
 import mkt
-from mkt.course.book import agreement, live
+from mkt.course.book import agreement, live, pictures
 from mkt.course.book.contents import Book, Chapter
 from mkt.experiments import leaderboard as ranks
 from mkt.experiments import leaderboard_as_text as tables
@@ -43,7 +43,7 @@ from mkt.experiments.claims import (
 from mkt.experiments.claims_as_text import measured
 from mkt.figures.registry import FIGURES, Entry
 from mkt.figures.static_panel import FILES, SCRIPT, STYLE, marked
-from mkt.files import DATA, ROOT
+from mkt.files import ROOT
 from mkt.scenes.drawn import drawn
 from mkt.trackers.by_name import LABELS
 
@@ -53,7 +53,6 @@ PLAYS = HERE / "gallery.js"
 SCORER = HERE / "scorer.js"
 STYLES = HERE / "mkt.css", STYLE
 NOTEBOOKS = "_static/notebooks"  # of the site: NAME.ipynb of each chapter
-FILM = DATA / "tracked.gif"
 ACCENT = {"light": "#0b6e99", "dark": "#5cc0ea"}
 # Class and sign of each verdict, beside the words.
 BADGES = {
@@ -155,7 +154,7 @@ def first(book: Book, verdicts: list[str]) -> str:
         cover=_card(FIGURES[book.cover], where),
         counts=[(verdict, verdicts.count(verdict)) for verdict in BADGES],
         files=FILES,
-        film=f"_static/{FILM.name}",
+        film=f"{FILES}/{pictures.FILM}",
         version=mkt.__version__,
     )
 

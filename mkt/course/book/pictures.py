@@ -4,6 +4,7 @@ A figure's picture, its PDF and its table are kept under what they depend on, so
 that changed is drawn anew by itself.
 """
 
+import io
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +16,7 @@ from mkt.course.book import depends
 from mkt.experiments.cache import Shelf
 from mkt.experiments.processes import spread
 from mkt.figures import export, light_pdf
-from mkt.figures.registry import FIGURES
+from mkt.figures.registry import FIGURES, Entry
 from mkt.figures.static_panel import AVIF, encoded
 
 THUMBNAIL_DPI = 100
@@ -24,6 +25,11 @@ DRAWN = {
     ending: Shelf("pictures", ending, bytes, bytes)
     for ending in (".avif", ".pdf", ".csv")
 }
+# The film of the first page, as large as the page, with all colours: data/tracked.gif
+# shows the same, of few colours.
+FILM = "tracked.avif"
+RUN, SETTINGS, FILM_DPI = "own.run", {"tracker": "pf-75"}, 76
+MOVING = {"quality": 55, "speed": 8, "duration": export.MOVING_MS, "loop": 0}
 
 
 def drawn() -> dict[str, bytes]:
@@ -44,6 +50,21 @@ def drawn() -> dict[str, bytes]:
         for name, files in known.items()
         for ending, content in (files or {}).items()
     }
+
+
+def film() -> dict[str, bytes]:
+    """{file name: content} of the film of the first page."""
+    entry = FIGURES[RUN]
+    known = depends.of_picture(entry, SETTINGS, FILM_DPI, MOVING)
+    return {FILM: DRAWN[".avif"].kept(known, lambda: _filmed(entry))}
+
+
+def _filmed(entry: Entry) -> bytes:
+    """A figure as an AVIF, which stores only what changes between pictures."""
+    first, *others = export.moving(entry, SETTINGS, FILM_DPI)
+    made = io.BytesIO()
+    first.save(made, "AVIF", save_all=True, append_images=others, **MOVING)
+    return made.getvalue()
 
 
 def _kept(key: str) -> dict[str, bytes] | None:

@@ -66,12 +66,11 @@ def make(
         | _labs()
     )
     files = {name: text.encode() for name, text in texts.items()}
-    files[f"_static/{pages.FILM.name}"] = pages.FILM.read_bytes()
     with named(source):
         write(files, source)
     with rendered(source, folder) as fresh:
         # Sphinx leaves the other cores alone, and pages only name these files.
-        drawn = pictures.drawn()
+        drawn = pictures.drawn() | pictures.film()
         data = live.data()
     with named(fresh):
         write(drawn, fresh / FILES)
