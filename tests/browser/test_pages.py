@@ -50,6 +50,7 @@ SCHEMES = "light", "dark"
 BY_TURNS = list(zip((NARROW, WIDE), (SCHEMES * 2)[DAY % 2 :], strict=False))
 LETTERS = 0.9  # of a drawing's own size: those of 9 pt are then 9 px
 LOCAL = "file:", "data:", "blob:"
+FITS = "({ parentNode }) => parentNode.scrollWidth <= innerWidth"
 # Where a film ends at the right [px], and what of it is below its pictures.
 ROUND_A_FILM = """async (film) => {
   await film.play();
@@ -277,6 +278,14 @@ def test_a_film_is_whole_on_a_phone_and_its_bar_lies_below_the_pictures(site, br
     right, below = page.locator("video").evaluate(ROUND_A_FILM)
     page.close()
     assert right <= NARROW["width"] and below >= BAR
+
+
+@pytest.mark.parametrize("name", ["06_combining_both", "13_hybrid_resampling"])
+def test_a_table_with_code_is_no_wider_than_a_phone(site, browser, name):
+    page = Opened(browser, NARROW).go(site / f"{name}.html").page
+    tables = page.locator("table.docutils:has(code)").all()
+    assert tables and all(table.evaluate(FITS) for table in tables)
+    page.close()
 
 
 def test_no_page_of_the_library_fails_or_is_too_wide(site, browser):

@@ -281,6 +281,7 @@ def after(boards: Iterable[ranks.Board]) -> str:
 def _ranked(board: ranks.Board) -> dict[str, Any]:
     """What the page needs to know of a board."""
     places = ranks.ranking(board)
+    names, rows = tables.by_sequence(places)
     return {
         "title": board.title,
         "data": board.data,
@@ -288,9 +289,14 @@ def _ranked(board: ranks.Board) -> dict[str, Any]:
         "overall": tables.overall(places),
         "dots": [(LABELS.get(place.name, place.name), place) for place in places],
         "case": CASES[board.case],
-        "by_sequence": tables.by_sequence(places),
+        "by_sequence": (list(map(_short, names)), rows),
         "refusals": tables.refusals(board.rows),
     }
+
+
+def _short(name: str) -> str:
+    """The name of a sequence without its benchmark's, which stands above the table."""
+    return re.sub(r".*/(Vid_)?", "", name).replace("_", " ")
 
 
 def tasks() -> str:
