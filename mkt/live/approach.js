@@ -22,7 +22,7 @@ const [NEAR, DEEP] = [0.3, -0.12]; // [m] of the start, beside and behind the go
 const AWAY = 1e4; // of what runs away
 const [TALL, HEAD, GAP] = [112, 24, 30]; // [px] of a plot
 const [RED, GREEN, BLACK] = ["#cb1118", "#33b24d", "#000"];
-const ERRORS = ["x_n", "y_n", "a_n", "\u03b8 (dashed)"];
+const ERRORS = ["x_n", "y_n", "a_n", "\u03b8"];
 const MOVES = ["v_x", "v_y", "v_z"];
 const TURNS = ["\u03c9_x", "\u03c9_y", "\u03c9_z"];
 
@@ -36,6 +36,20 @@ const most = (values) => Math.max(...values.map(Math.abs));
 // Of what is drawn: neither nothing nor what has run away.
 const reachOf = (values) =>
   round(Math.max(most(values.filter((each) => Math.abs(each) < AWAY)), 1e-3));
+
+const dashesOf = ({ dashes }) => (dashes === "-" ? [] : [7, 4]);
+
+// A piece of a curve before its name; returns the width that it takes.
+function sample(pen, color, style, left, y) {
+  Object.assign(pen, { strokeStyle: color, lineWidth: 2 });
+  pen.setLineDash(dashesOf(style));
+  pen.beginPath();
+  pen.moveTo(left, y);
+  pen.lineTo(left + 18, y);
+  pen.stroke();
+  pen.setLineDash([]);
+  return 22;
+}
 
 class Approach {
   constructor(panel, name, data, table) {
@@ -179,6 +193,7 @@ class Approach {
     let left = box[0];
     for (const [k, word] of [unit, ...names].entries()) {
       pen.fillStyle = k ? colors[k - 1] : ink;
+      if (k) left += sample(pen, colors[k - 1], styles[k - 1], left, box[1] - 10);
       left += write(pen, word, left, box[1] - 6) + 12;
     }
     pen.save();
@@ -200,11 +215,11 @@ class Approach {
     };
     names.forEach((_, k) => {
       if (promised) line(promised, k, [1.5, 3], 1.2);
-      line(values, k, styles[k].dashes === "-" ? [] : [7, 4], 2);
+      line(values, k, dashesOf(styles[k]), 2);
     });
     pen.setLineDash([]);
     pen.restore();
-    Object.assign(pen, { fillStyle: ink, strokeStyle: ink });
+    Object.assign(pen, { fillStyle: ink, strokeStyle: ink, lineWidth: 1 });
   }
 
   hands() {

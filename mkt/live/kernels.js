@@ -45,7 +45,9 @@ class Kernels {
       if (this.wanted !== item) return;
       Object.assign(this, { item, region, picture });
     }
-    const profile = name === "tiles" ? "uniform" : this.controls.values.profile;
+    const tiled = name === "tiles"; // whose profile no one chooses
+    const profile = tiled ? "uniform" : this.controls.values.profile;
+    this.controls.inputs.profile.input.disabled = tiled;
     this.spec = { layout: name, span, profile, samples: SAMPLES };
     this.kernels = fitted(this.spec, this.region);
     this.plan = layout(this.spec, this.region[3] / this.region[4]);

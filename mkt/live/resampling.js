@@ -104,10 +104,12 @@ class Resampling {
         pen.fillText(String(i), box[0] + box[2] / 2, (top + bottom) / 2 + 4);
       from += share;
     });
-    pen.fillStyle = ink;
     for (const dart of this.darts) {
       const x = left + dart * wide;
-      pen.fillRect(x - 1, top - 12, 2, 26);
+      pen.fillStyle = "#000"; // on the colours, which are light by night too
+      pen.fillRect(x - 1, top, 2, 14);
+      pen.fillStyle = ink;
+      pen.fillRect(x - 1, top - 12, 2, 12);
       pen.beginPath();
       [
         [-5, -22],

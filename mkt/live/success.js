@@ -160,7 +160,8 @@ class Success {
     });
   }
 
-  // The share of the seen frames, and hatched over it that of all.
+  // The share of the seen frames, and hatched over it that of all: the page's ground
+  // shows through, from which every bar stands out.
   bar(pen, { share, every }, top, width) {
     pen.fillStyle = pen.strokeStyle;
     pen.fillRect(0, top, width * share, BAR);
@@ -168,7 +169,7 @@ class Success {
     pen.beginPath();
     pen.rect(0, top, width * every, BAR);
     pen.clip();
-    Object.assign(pen, { strokeStyle: "rgb(140 140 140 / 80%)", lineWidth: 1.5 });
+    Object.assign(pen, { globalCompositeOperation: "destination-out", lineWidth: 1.5 });
     pen.beginPath();
     for (let x = -BAR; x < width; x += 7) {
       pen.moveTo(x, top + BAR);

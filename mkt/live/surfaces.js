@@ -20,6 +20,7 @@ import {
   Controls,
   el,
   knob,
+  legible,
   number,
   outline,
   pixels,
@@ -316,7 +317,7 @@ class Surfaces {
     const { across, down } = axes(pen, box, limits);
     const ink = pen.fillStyle;
     this.cuts.forEach((cut, k) => {
-      const color = this.kind.colors[k];
+      const color = legible(pen, ink, this.kind.colors[k]);
       pen.beginPath();
       cut.forEach((d, row) =>
         pen.lineTo(across((this.theta[row] * 180) / Math.PI), down(d)),
@@ -330,7 +331,7 @@ class Surfaces {
       pen.fillText(this.pairs[k].title, across(-TURN) + 21 + 130 * k, 16);
       pen.beginPath();
       pen.arc(across(rotation), down(this.here[k]), 4, 0, 7);
-      pen.fillStyle = RED;
+      pen.fillStyle = legible(pen, ink, RED);
       pen.fill();
     });
   }

@@ -321,6 +321,7 @@ class Wall {
     const { frame } = this.controls.values;
     const scale = width / this.size[0];
     const onto = ([x, y]) => [(x + 0.5) * scale, (y + 0.5) * scale];
+    const ink = pen.strokeStyle;
     const photo = this.photos?.[frame];
     if (photo) this.exposure.pen.putImageData(photo, 0, 0);
     else this.exposure.paint(frame);
@@ -328,7 +329,9 @@ class Wall {
     outlineTruth(pen, corners(this.truth[frame]).map(onto));
     for (const { name, color } of this.trackers) {
       const run = this.latest[name]?.[0];
-      if (run) outline(pen, corners(run.regions[frame]).map(onto), color, 2.5);
+      if (!run) continue;
+      const box = corners(run.regions[frame]).map(onto);
+      outline(pen, box, legible(pen, ink, color), 2.5); // as its curve
     }
   }
 

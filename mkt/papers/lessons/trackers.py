@@ -77,9 +77,9 @@ def newton(
     the steps between (thin) and where ten steps lead (green).  Right, the distance and
     the remaining errors after every step, those below .03 at .03.
 
-    In the page: Above, the true region (black), the start (thick, orange), the steps
-    taken (thin) and where they lead (green), and beside it all starts: dark ones lead
-    home.  Below, the distance after every step, and O along the next one with the
+    In the page: Above, the true region (dashed, black and white), the start (thick,
+    orange), the steps taken (thin) and where they lead (green), and beside it all
+    starts: dark ones lead home.  Below, the distance after every step, and O along the next one with the
     parabola that the step takes it for.
 
     The object is learnt in one rendered frame and looked for in the next.  A single

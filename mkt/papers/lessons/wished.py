@@ -174,10 +174,13 @@ def silhouettes(
         curves[name] = d2
     axes[3].set(xlabel="x [px]", title="$d^2$ over its largest", ylim=(0, 1.4))
     axes[3].set_yticks(np.linspace(0, 1, 6))
-    axes[3].legend(fontsize=8, loc="upper center", ncols=2)  # above the curves
+    narrow = {"ncols": 2, "handlelength": 1.0, "columnspacing": 0.8}
+    axes[3].legend(fontsize=8, loc="upper center", **narrow)  # above the curves
     cells = {name: ("cut-out", name, color) for name, color in colors.items()}
     means = _draw_means(axes[4], cells, "overlap")
     axes[4].yaxis.tick_right()
+    axes[4].spines.left.set_visible(False)
+    axes[4].spines.right.set_visible(True)
     axes[4].set_xlabel("overlap, 32 scenes")
     areas = {f"area_{name}": float(mask.mean()) for name, mask in masks.items()}
     return shown({"x [px]": REACH, **curves}, means=means, **areas)
