@@ -482,6 +482,7 @@ def test_figure_2_weighs_as_python_does(opened, layout, span):
     assert ("Its span stays 1." in panel.inner_text()) == (layout == "one")
     assert number(panel, "it sees") == np.count_nonzero(weights)
     assert slide(panel, "kernel").input_value() == str(k + 1)
+    assert slide(panel, "profile").is_disabled() == (layout == "tiles")
     assert number(panel, "worth") == round(1 / np.sum(weights**2))
     if layout == "3x3":
         panel.locator("canvas").first.press("ArrowDown")

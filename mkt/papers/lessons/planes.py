@@ -201,9 +201,9 @@ def basin(
 
     Left, the card of one scene in a later frame: the truth (black), the start that the
     sliders displace (thin), and where the kernels' steps lead (orange) and those of
-    pixels (blue, dashed).  Right, of 32 scenes on which nothing was tuned the share whose
-    corners end nearer to the truth than the error below; the dotted line is what we
-    call converged.  Errors above 100 px are drawn at 100.  The direction of each
+    pixels (blue, dashed).  Right, of 32 scenes on which nothing was tuned the share
+    whose corners end nearer to the truth than the error below; the dotted line is what
+    we call converged.  Errors above 100 px are drawn at 100.  The direction of each
     displacement is drawn by lot.  Synthetic data.
     """
     off = (shift, turn, growth, tilt)

@@ -79,8 +79,8 @@ def newton(
 
     In the page: Above, the true region (dashed, black and white), the start (thick,
     orange), the steps taken (thin) and where they lead (green), and beside it all
-    starts: dark ones lead home.  Below, the distance after every step, and O along the next one with the
-    parabola that the step takes it for.
+    starts: dark ones lead home.  Below, the distance after every step, and O along the
+    next one with the parabola that the step takes it for.
 
     The object is learnt in one rendered frame and looked for in the next.  A single
     kernel cannot grow beyond the object, so above a span of 1 it stays as it is.
