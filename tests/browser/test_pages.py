@@ -280,7 +280,7 @@ def test_a_film_is_whole_on_a_phone_and_its_bar_lies_below_the_pictures(site, br
     assert right <= NARROW["width"] and below >= BAR
 
 
-@pytest.mark.parametrize("name", ["06_combining_both", "13_hybrid_resampling"])
+@pytest.mark.parametrize("name", ["13_hybrid_resampling", "symbols"])
 def test_a_table_with_code_is_no_wider_than_a_phone(site, browser, name):
     page = Opened(browser, NARROW).go(site / f"{name}.html").page
     tables = page.locator("table.docutils:has(code)").all()

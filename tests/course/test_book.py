@@ -784,6 +784,7 @@ def test_the_leaderboard_says_who_which_data_and_how_many_runs(site, pages_of):
         assert text.index(by_name.LABELS[first.name], start) < text.index(
             by_name.LABELS[last.name], start
         )
+    assert "<p>E person partially occluded</p>" in text  # short, as the page is narrow
     dots = sum(leaderboard.cases_of(each).size for each in leaderboard.shipped())
     assert text.count("10h0") == dots
     assert "leaderboard.html" in pages_of[site / "index.html"].links

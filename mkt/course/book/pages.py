@@ -295,8 +295,9 @@ def _ranked(board: ranks.Board) -> dict[str, Any]:
 
 
 def _short(name: str) -> str:
-    """The name of a sequence without its benchmark's, which stands above the table."""
-    return re.sub(r".*/(Vid_)?", "", name).replace("_", " ")
+    """The name of a sequence, of BoBoT without what the title says already."""
+    found = re.fullmatch(r"BoBoT/Vid_(\w+)", name)
+    return found[1].replace("_", " ") if found else name
 
 
 def tasks() -> str:
