@@ -176,7 +176,7 @@ def student(seed: int, tracker: Adaptive = FIXED) -> dict[str, float]:
         "found": float(found),
         "bridged": float(not np.any(passing)),
         "late": float(for_good - gone) if away[-1] else np.nan,
-        "learnt": float(track.info["updated"][hidden - 1].mean()),
+        "learnt": float(track.info["updated"][hidden].mean()),
     }
 
 
