@@ -699,7 +699,7 @@ def test_the_site_is_light_and_so_is_every_pdf(site):
         for path in site.rglob("*")
         if path.is_file()
     }
-    assert sum(sizes.values()) < 48e6
+    assert sum(sizes.values()) < 49e6
     assert {
         str(path): size
         for path, size in sizes.items()
@@ -769,7 +769,7 @@ def test_a_chapter_says_of_a_claim_what_its_page_says():
             name
             for cell in cells
             if cell.cell_type == "markdown"
-            for name in re.findall(r"\b[TNC]\d\d-[a-i]\b", cell.source)
+            for name in re.findall(r"\b[TNC]\d\d-[a-z]\b", cell.source)
         }
         shown = " ".join(c.source for c in cells if "mkt.verdicts(" in c.source)
         assert {name for name in named if name not in shown} == set(), chapter.name
