@@ -55,7 +55,9 @@ def row_of(line: Line) -> dict[str, str]:
 
 def measured(line: Line) -> str:
     """A line's value with its interval and unit, as text."""
-    value, low, high = map(_number, (line.value, line.low, line.high))
+    dust = 1e-4 * (line.high - line.low)  # of rounding, about zero
+    three = (line.value, line.low, line.high)
+    value, low, high = (_number(0 if abs(x) < dust else x) for x in three)
     return f"{value} [{low}, {high}] {line.part.unit}".rstrip()
 
 

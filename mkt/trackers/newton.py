@@ -239,9 +239,10 @@ def newton_step(
         Of `differentiate`.
     trust : (J,) array, optional
         Weights of the kernels in the sum of squares; all equal by default.
-    pull : (lambda, x - x*), two (4,) arrays, optional
-        Of a `Prior`.  With J = J_U / 2, the derivative of e, the step solves
-        (J^T J + diag(lambda)) Delta x = -(J^T e + lambda (x - x*)).
+    pull : (lambda, offset), two (4,) arrays, optional
+        Of a `Prior`: its weights, and how far x is from where it expects it.  With
+        J = J_U / 2, the derivative of e, the step solves
+        (J^T J + diag(lambda)) Delta x = -(J^T e + lambda offset).
 
     Returns
     -------

@@ -641,3 +641,13 @@ def test_seeds_are_whole_numbers_in_a_list_or_an_array(seeds, said):
 def test_a_scene_counts_once():
     with pytest.raises(ValueError, match="some seeds are the same"):
         measure("T09-a", seeds=[1000] * 32)
+
+
+def test_dust_about_zero_is_zero():
+    line = judge(Measured(CLAIMS["T09-a"], SIX, (Part("p", np.ones(6), 0),))).lines[0]
+    assert (
+        listing.measured(replace(line, value=3e-7, low=-3.0, high=3.0)) == "0 [-3, 3]"
+    )
+    assert listing.measured(replace(line, value=3e-7, low=1e-7, high=5e-7)).startswith(
+        "3e-07"
+    )

@@ -296,7 +296,7 @@ def two_cameras(
     largest = max(alone.max(), run["errors"][:, 0].max())
     axes[2].set(xlabel="frame", ylabel="error of camera 1 [px]")
     axes[2].set_ylim(0, max(120, 1.05 * largest))
-    axes[2].legend(loc="upper left")
+    axes[2].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.1)
     table = {"frame": np.arange(len(alone)), "alone [px]": alone}
     if talking:
         table["told [px]"] = run["errors"][:, 0]

@@ -22,6 +22,7 @@ def film(
     experiment: Experiment,
     run: Run,
     size: tuple[float, float] = (7.6, 3.0),
+    largest: float | None = None,
 ) -> Iterator[Frame]:
     """The pictures of a run, one after the other.
 
@@ -31,6 +32,9 @@ def film(
     run : Run
         Of it.
     size : (width, height) [inch]
+    largest : float, optional
+        Error at the end of the axis, one for films that are compared; by default a
+        little above those of the run.
 
     Yields
     ------
@@ -42,6 +46,8 @@ def film(
         right = fig.add_axes((0.59, 0.15, 0.395, 0.74))
         left.set_axis_off()
         _prepare(right, experiment, run)
+        largest = largest or 1.1 * np.abs(run.errors[:, :2]).max()
+        right.set_ylim(-largest, largest)
 
     def draw(k: int) -> None:
         said = ", target lost" if run.lost[k] else ""
@@ -54,9 +60,8 @@ def film(
 
 def _prepare(ax: Axes, experiment: Experiment, run: Run) -> None:
     """The axes of the errors x_n and y_n, still without them."""
-    largest = 1.1 * np.abs(run.errors[:, :2]).max()
     ax.axhline(0, color=DESIRED, lw=1)
-    ax.set(xlim=(0, len(run.times) - 1), ylim=(-largest, largest))
+    ax.set_xlim(0, len(run.times) - 1)
     ax.set(xlabel=f"frame, {1 / experiment.servo.dt:g} per second", ylabel="error")
     for name, color in COLORS.items():
         ax.plot([], [], color=color, lw=2, label=name)
