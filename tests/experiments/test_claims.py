@@ -643,6 +643,20 @@ def test_a_scene_counts_once():
         measure("T09-a", seeds=[1000] * 32)
 
 
+def test_a_line_on_overlap_is_that_of_the_one_it_names_first():
+    labels = {"combined": 1, "ssd": 2, "with_fixed": 4, "fixed": 8}
+    labels |= {"pf-500": 16, "rectangle": 32, "steep": 64, "pf-1": 128}
+
+    def numbers(kind, label, number):
+        return np.full(6, labels[label])
+
+    parts = CLAIMS["T09-j"].function(numbers) + CLAIMS["T09-k"].function(numbers)
+    found = {part.text: part.values[0] for part in parts if "overlap" in part.text}
+    assert list(found.values()) == [-1, -1, -4, -4, -1, -16, -48, -112]
+    failed = [part.values[0] for part in parts if "fail" in part.text]
+    assert failed == [1] * 4
+
+
 def test_dust_about_zero_is_zero():
     line = judge(Measured(CLAIMS["T09-a"], SIX, (Part("p", np.ones(6), 0),))).lines[0]
     assert (

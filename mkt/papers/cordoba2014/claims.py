@@ -47,19 +47,17 @@ def hybrid_resampling_ranks_first(runs: Runs) -> list[Part]:
     matching is ours, and follows better than the printed one; its lines for each kind
     came after the runs.
     """
-    matched = _hits(runs, "wm")
-    parts, further = [], []
-    for look, names in LOOKS.items():
-        pfhr, sir = (_hits(runs, name) for name in names)
-        said = look == "the paper's look"
-        leads = _leads(f"PFHR minus SIR, {look}", pfhr - sir, ours=not said)
-        (parts if said else further).extend(leads)
-        if said:
-            printed = _hits(runs, AS_PRINTED) - sir
-            parts += _leads(f"PFHR minus WM, {look}", pfhr - matched)[1:]
-            parts += _leads("SIR minus WM", sir - matched)[:1]
-            further += _leads("PFHR as printed minus SIR", printed, ours=True)
-    return [*parts, *further]
+    (pfhr, sir), (pfhr_ours, sir_ours) = (
+        [_hits(runs, name) for name in names] for names in LOOKS.values()
+    )
+    wm, printed = _hits(runs, "wm"), _hits(runs, AS_PRINTED)
+    return [
+        *_leads("PFHR minus SIR, the paper's look", pfhr - sir),
+        *_leads("PFHR minus WM, the paper's look", pfhr - wm)[1:],
+        *_leads("SIR minus WM", sir - wm)[:1],
+        *_leads("PFHR as printed minus SIR", printed - sir, ours=True),
+        *_leads("PFHR minus SIR, our look", pfhr_ours - sir_ours, ours=True),
+    ]
 
 
 def _leads(text: str, lead: Array, ours: bool = False) -> list[Part]:

@@ -491,7 +491,7 @@ def the_combination_survives_what_ssd_does_not(runs: Runs) -> list[Part]:
     orientation right to 45 degrees; more overlap is asked for in large motions, too.
     The combination has the filter's estimate for a start, and for an answer where its
     threshold says that the object is hidden.  Ours: both with C fixed, as in T09-c, and
-    "trajectory", a sequence of [C14] in which the object leaps.  The claim was put
+    "trajectory", a sequence of [C14] with sudden turns.  The claim was put
     after most of these runs were known.
     """
     fewer = "share of runs that fail, SSD minus combination"
