@@ -386,6 +386,19 @@ def test_a_film_has_a_picture_a_frame_and_its_curves_grow(pictures):
     assert blue[0] < blue[6] < blue[11]
 
 
+def test_a_film_can_have_the_axis_of_another(pictures):
+    """Under a hundred times the axis the curve of an error is nearly flat."""
+    followed, run, frames = pictures
+    largest = 100 * np.abs(run.errors[:, :2]).max()
+    *_, flat = film(followed, run, largest=largest)
+    color = np.rint(255 * np.array(to_rgb(CONTRAST[1])))
+    own, other = (
+        np.flatnonzero((picture[60:, 320:] == color).all(-1).any(1))
+        for picture in (frames[-1], flat)
+    )
+    assert np.ptp(other) < 6 < np.ptp(own)
+
+
 def test_a_film_has_its_own_style_and_leaves_others_theirs(pictures):
     followed, run, frames = pictures
     with matplotlib.rc_context({"font.size": 20, "axes.titlesize": 20}):
