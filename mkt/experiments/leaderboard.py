@@ -248,15 +248,15 @@ def _on_the_others(rows: pd.DataFrame) -> str:
     """Who is ahead on the sequences of BoBoT on which nothing was chosen, in words."""
     others = rows[~rows["source"].str.match(CHOSEN_ON)]
     first, second, *_ = ranking(Board("", "", others, "source"))
-    lead, low, high = np.round(second.behind, 2) + 0.0  # no minus before a zero
+    lead, low, high = np.round(second.behind, 3) + 0.0  # no minus before a zero
     ahead, next_one = (
-        f"{LABELS[one.name]}, {one.overlap:.2f}" for one in (first, second)
+        f"{LABELS[one.name]}, {one.overlap:.3f}" for one in (first, second)
     )
     told = "passes" if second.places[0] > 1 else "does not pass"
     return (
         "The settings of guided were chosen on A, C and F, among other data. On the "
         f"{len(first.cases)} others the first two are {ahead}, and {next_one}: a lead "
-        f"of {lead:.2f} ({low:.2f} to {high:.2f}), which {told} the test of the "
+        f"of {lead:.3f} ({low:.3f} to {high:.3f}), which {told} the test of the "
         f"leaderboard's places.  The rival was picked after the runs, and of so few "
         "sequences the test rests on a normal distribution."
     )

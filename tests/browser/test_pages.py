@@ -8,6 +8,7 @@ from functools import partial
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import expect
 
 from mkt.course.book import contents, pages
 from mkt.figures.film import BAR
@@ -174,6 +175,14 @@ def test_what_a_verdict_is_on_has_the_whole_width_of_a_telephone(chapter):
     assert min(chapter.page.evaluate(MEASURED), default=1) > 0.9
     chapter.page.set_viewport_size(WIDE)
     assert max(chapter.page.evaluate(MEASURED), default=0) < 0.9
+
+
+def test_the_contents_beside_a_page_show_its_own_line(site, browser):
+    size = {"width": WIDE["width"], "height": 600}
+    opened = Opened(browser, size).go(site / f"{CHAPTERS[-1]}.html")
+    line = opened.page.locator(".sidebar-tree .current-page")
+    expect(line).to_be_in_viewport(ratio=1)
+    opened.page.close()
 
 
 def test_a_button_copies_the_code_of_a_cell(chapter):

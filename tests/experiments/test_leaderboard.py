@@ -410,7 +410,9 @@ def test_the_release_says_who_leads_where_nothing_was_chosen():
     cases = rows.groupby(["source", "tracker"])["overlap"].mean().unstack()
     second, first = cases.mean().nlargest(2).index[::-1]
     for name in (first, second):
-        assert f"{by_name.LABELS[name]}, {cases[name].mean():.2f}" in board.data
+        assert f"{by_name.LABELS[name]}, {cases[name].mean():.3f}" in board.data
+    lead = cases[first].mean() - cases[second].mean()
+    assert f"a lead of {lead:.3f} (" in board.data
     tested = ttest_rel(cases[first], cases[second], alternative="greater")
     assert ("does not pass" in board.data) == (tested.pvalue > leaderboard.LEVEL)
 

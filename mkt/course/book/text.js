@@ -1,5 +1,5 @@
-// What the text of a page needs: a button on each cell of code that copies it, and a
-// word under what is wider than the page.
+// What the text of a page needs: a button on each cell of code that copies it, a word
+// under what is wider than the page, and its own line of the contents in view.
 
 const WIDE = ".mkt-scroll, .mkt-formula, .cell_output, .table-wrapper";
 
@@ -32,7 +32,16 @@ function tellsItsWidth(place) {
   new ResizeObserver(see).observe(place);
 }
 
+function showsItsLine() {
+  const list = document.querySelector(".sidebar-scroll");
+  const line = list?.querySelector(".current-page");
+  if (!line) return;
+  const [end, here] = [list, line].map((one) => one.getBoundingClientRect().bottom);
+  if (here > end) list.scrollTop += here - end + list.clientHeight / 2;
+}
+
 document.addEventListener("DOMContentLoaded", () => {
+  showsItsLine();
   for (const block of document.querySelectorAll(".cell_input .highlight"))
     copies(block);
   document.querySelectorAll(WIDE).forEach(tellsItsWidth);
