@@ -610,7 +610,6 @@ def steepest(seed, tilt):
     """The largest tilt [rad] of a card of lab 8, every tenth frame."""
     scene = card("base", seed)
     frames = np.arange(0, scene.length, 10)
-    sides = rendering.regions(scene, scene.target, 0)[3:]
     camera = np.array([[scene.focal, 0, 159.5], [0, scene.focal, 119.5], [0, 0, 1]])
     homographies = rendering.homographies(scene, scene.target, frames)
-    return max(tilt(H, camera, *sides) for H in homographies)
+    return max(tilt(H, camera) for H in homographies)
