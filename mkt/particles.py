@@ -10,7 +10,7 @@ Explained in notebook 05.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -53,6 +53,13 @@ class MotionModel(Protocol):
     def predict(self, particles: Particles, rng: Rng) -> Particles:
         """Every particle one frame later."""
         ...
+
+
+def of_motion(value: Any) -> None:
+    """Refuse what is no `MotionModel`, such as the motion of another tracker."""
+    known = hasattr(value, "scatter") and hasattr(value, "predict")
+    if isinstance(value, type) or not known:
+        raise ValueError(f"motion is {value!r}; give a motion model, such as Motion()")
 
 
 @dataclass(frozen=True)
@@ -234,7 +241,7 @@ def effective_sample_size(weights: ArrayLike) -> float:
     Raises
     ------
     ValueError
-        For weights that are none, not finite, or not of sum 1.
+        For weights that are none, negative, not finite, or not of sum 1.
 
     Examples
     --------
@@ -242,10 +249,10 @@ def effective_sample_size(weights: ArrayLike) -> float:
     >>> float(effective_sample_size(equal)), float(effective_sample_size(alone))
     (4.0, 1.0)
     """
-    squares = np.sum(np.square(weights))
-    if not (0 < squares < np.inf and _is_one(np.sum(weights))):
+    weights = _distribution(weights)
+    if not _is_one(weights.sum()):
         raise ValueError(NO_DISTRIBUTION)
-    return 1.0 / squares
+    return 1.0 / np.sum(np.square(weights))
 
 
 def mean_region(regions: ArrayLike, weights: ArrayLike) -> Region:

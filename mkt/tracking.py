@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from mkt.checks import check_seed, checked_region, finite, in_words, of_kind
+from mkt.checks import check_seed, checked_region, finite, in_words, of_kind, positive
 from mkt.regions import HX
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions, Rng
 
@@ -89,7 +89,8 @@ class Sequence:
     Raises
     ------
     ValueError
-        Where truth or visibility does not fit the frames, or a visibility is no share.
+        Where truth or visibility does not fit the frames, a true region has no area, a
+        visibility is no share, or the rate of frames is none.
     """
 
     name: str
@@ -103,6 +104,13 @@ class Sequence:
     def __post_init__(self):
         _check_shape("truth", self.truth, (len(self), 5))
         _check_shape("visibility", self.visibility, (len(self),))
+        empty = np.flatnonzero((self.truth[:, HX:] <= 0).any(1))  # NaN is not
+        if len(empty):
+            raise ValueError(
+                f"truth has a region without area in frame {empty[0]}; give half axes "
+                "above 0, or NaN where the target is hidden or nothing is known"
+            )
+        positive(self, "fps")
         beyond = (self.visibility < 0) | (self.visibility > 1)  # NaN is not
         if beyond.any():
             raise ValueError(
@@ -289,7 +297,11 @@ def checked_step(tracker: Tracker, said: Any) -> tuple[Any, Info]:
     lost = said[1]["lost"]
     if not isinstance(lost, bool | np.bool_):
         raise ValueError(f"{name}: its lost is {lost!r}; give True or False")
-    return said
+    score = said[1]["score"]
+    if np.ndim(score) or np.asarray(score).dtype.kind not in "biuf":
+        raise ValueError(f"{name}: its score is {reprlib.repr(score)}; give a number")
+    # A copy, because a tracker may go on in the array that it has handed out.
+    return said[0], said[1] | {"region": np.array(said[1]["region"], float)}
 
 
 def _wrong(region: Any) -> str:
@@ -344,7 +356,13 @@ def track(
 def _column(name: str, infos: list[Info]) -> NDArray:
     """One entry of all infos; NaN, or no word, in frames whose info has none."""
     given = [name in info for info in infos]
-    values = np.array([info[name] for info in infos if name in info])
+    values = [info[name] for info in infos if name in info]
+    if len(shapes := {np.shape(value) for value in values}) > 1:
+        raise ValueError(
+            f"{name!r} of the infos has the shapes {sorted(shapes)}; it must have the "
+            "same one in all frames"
+        )
+    values = np.array(values)
     if all(given):
         return values
     words = values.dtype.kind == "U"

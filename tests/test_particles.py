@@ -113,7 +113,7 @@ def test_nothing_is_estimated_from_what_is_no_distribution(bad):
         mean_region(np.ones((len(bad), 5)), bad)
 
 
-@pytest.mark.parametrize("bad", [[], [0.0, 0.0], [np.nan, 1.0], [np.inf]])
+@pytest.mark.parametrize("bad", [[], [0.0, 0.0], [np.nan, 1.0], [np.inf], [2.0, -1.0]])
 def test_weights_that_count_nothing_have_no_effective_sample_size(bad):
     with pytest.raises(ValueError, match="weights must not be .* none at all; make"):
         effective_sample_size(bad)

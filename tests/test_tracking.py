@@ -188,14 +188,14 @@ def test_who_changes_what_he_was_told_changes_no_run():
 
 
 class Trampling(NamedTuple):
-    """A tracker that moves the very region that it was given."""
+    """A tracker that moves the very region that it was given, and that it gives."""
 
     def init(self, frame, region, rng):
         return region
 
     def step(self, state, frame, rng):
         state[:2] += 1
-        return state, report(state, 0.1, False, 1)
+        return state, report(START, 0.1, False, 1) | {"region": state}
 
 
 def test_a_tracker_that_changes_its_start_changes_neither_truth_nor_track():
@@ -226,6 +226,12 @@ def test_a_start_that_is_no_region_is_told():
         ({"visibility": np.ones(LENGTH + 1)}, "visibility has .* is known$"),
         ({"visibility": np.full(LENGTH, "all")}, "visibility holds <U3; give numbers"),
         ({"visibility": np.full(LENGTH, 1.5)}, "visibility has 1.5 in it"),
+        (
+            {"truth": np.zeros((LENGTH, 5))},
+            "truth has .* area in frame 0; .*NaN",
+        ),
+        ({"fps": 0.0}, "fps is 0.0; it must be positive"),
+        ({"fps": np.nan}, "fps is nan"),
     ],
 )
 def test_what_is_known_fits_the_frames(change, said):
@@ -265,6 +271,8 @@ BACK = (30.0, 20.0, 0.0, -9.0, 9.0)
         ({"region": BACK}, r"its region is \(30, 20, 0, -9, 9\), without area"),
         ({"region": ("a",) * 5}, "its region is .*give five numbers"),
         ({"region": np.zeros(5)}, "its region .* without area"),
+        ({"score": None}, "its score is None; give a number"),
+        ({"score": np.ones(2)}, r"its score is array\(\[1., 1.\]\)"),
     ],
 )
 def test_what_a_step_says_is_looked_at(wrong, said):
@@ -273,6 +281,20 @@ def test_what_a_step_says_is_looked_at(wrong, said):
     assert follow(Saying(right), clip) and len(track(Saying(right), clip).lost)
     with pytest.raises(ValueError, match=f"Saying.step: {said}"):
         track(Saying(right | wrong), clip)
+
+
+class Stumbling(Walking):
+    """Counts its steps for each foot, and later in all."""
+
+    def step(self, state, frame, rng):
+        state, info = super().step(state, frame, rng)
+        k = round(float(state[3]))
+        return state + [0, 0, 0, 1, 0], info | {"steps": k if k % 2 else [k, k]}
+
+
+def test_an_entry_of_another_shape_is_named():
+    with pytest.raises(ValueError, match="'steps' of the infos has the shapes"):
+        track(Stumbling(), clip())
 
 
 def test_a_step_may_give_no_region():

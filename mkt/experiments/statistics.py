@@ -161,7 +161,8 @@ def interval(
     Raises
     ------
     ValueError
-        For values that the statistic does not have, and for another level.
+        For values that are no row of numbers or that the statistic does not have, and
+        for another level.
     """
     values = _checked(values, statistic)
     if not 0 < level < 1:
@@ -174,6 +175,8 @@ def interval(
 def _checked(values: ArrayLike, statistic: Statistic) -> Array:
     """The values as an array (n,); the exact tests of shares count whole runs."""
     values = np.asarray(values, float)
+    if values.ndim != 1:
+        raise ValueError(f"values have the shape {values.shape}; give one for each run")
     possible = {SHARE: (0, 1), PAIRS: (-1, 0, 1)}.get(statistic)
     if possible and not np.isin(values[np.isfinite(values)], possible).all():
         raise ValueError(
@@ -198,8 +201,8 @@ def p_value(values: ArrayLike, statistic: Statistic, bound: float, side: str) ->
     Raises
     ------
     ValueError
-        For another side, for a bound that is not finite, for values that a statistic
-        does not have, and for `PAIRS` with another bound.
+        For another side, for a bound that is not finite, for values that are no row of
+        numbers or that a statistic does not have, and for `PAIRS` with another bound.
     """
     if not np.isfinite(bound):
         raise ValueError(f"bound is {bound}; it must be a finite number")
@@ -238,22 +241,24 @@ def summaries(rows: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns source, tracker, runs, then each number of `SUMMARISED` with its ends,
+        Columns source, tracker, runs, refused (how many of the runs the tracker would
+        not start), then each number of `SUMMARISED` over the others with its ends,
         such as overlap, overlap_low, overlap_high.  They are medians, but shares for
         numbers that are 0 or 1 in a run.
     """
     cells = rows.groupby(["source", "tracker"], sort=False)
     lines = [
-        {"source": source, "tracker": tracker, "runs": len(cell)} | _summary(cell)
+        {"source": source, "tracker": tracker} | _summary(cell)
         for (source, tracker), cell in cells
     ]
     return pd.DataFrame(lines)
 
 
 def _summary(cell: pd.DataFrame) -> dict[str, float]:
-    result = {}
+    started = cell["refused"] == ""
+    result = {"runs": len(cell), "refused": int((~started).sum())}
     for name in SUMMARISED:
         statistic = SHARE if name in SHARES else MEDIAN
-        value, low, high = interval(cell[name].to_numpy(), statistic)
+        value, low, high = interval(cell.loc[started, name], statistic)
         result |= {name: value, f"{name}_low": low, f"{name}_high": high}
     return result

@@ -35,7 +35,7 @@ class Layer:
         At scale 1; the height follows from the texture.
     path : tuple of way-points
         (frame, x [px], y [px], theta [rad], scale), joined by a cubic spline; with a
-        single way-point the layer stands still.
+        single way-point the layer stands still, as it does after the last one.
     hue : float [deg]
         Turns all colours round the colour circle: the recoloured twin of an object.
     shuffle : int

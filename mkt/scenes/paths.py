@@ -63,13 +63,16 @@ def check_points(specification: Any, **numbers: int) -> None:
 def spline(path: Path) -> Callable[[ArrayLike], Array]:
     """The smooth curve through way-points: times (...) -> values (..., k).
 
-    For way-points of another kind as well, (frame, k values); one alone stays.
+    For way-points of another kind as well, (frame, k values); one alone stays.  A curve
+    goes on for a frame beyond its ends, where a shutter may be open; then it stays.
     """
     table = np.array(path, float)
     values = table[:, 1:]
     if len(table) == 1:
         return lambda t: np.broadcast_to(values[0], (*np.shape(t), values.shape[1]))
-    return CubicSpline(table[:, 0], values)
+    curve = CubicSpline(table[:, 0], values)
+    first, last = table[0, 0] - 1, table[-1, 0] + 1
+    return lambda t: curve(np.clip(t, first, last))
 
 
 def joined(points: Path, t: float | Array) -> Array:

@@ -1,5 +1,6 @@
 """The one real clip that comes with pip: a talking head in a moving car."""
 
+import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +45,10 @@ class Carphone:
     def name(self) -> str:
         """What tables call it."""
         return "carphone" if self.frames is None else f"carphone-{self.frames}"
+
+    def identity(self) -> str:
+        """Its fields, and a hash of the annotation."""
+        return f"{self} {hashlib.sha256(ANNOTATION.read_bytes()).hexdigest()[:16]}"
 
     def sequence(self) -> Sequence:
         """The `Sequence`.

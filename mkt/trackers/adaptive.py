@@ -159,6 +159,7 @@ class Adaptive:
 
     def __post_init__(self):
         of_bins(self.bins)
+        checks.of_kind(self.motion, EllipseMotion, "motion", "give an EllipseMotion()")
         checks.counts(self, "n", "patience")
         checks.positive(self, "sigma")
         checks.shares(self, "alpha", "rho_min", "b")

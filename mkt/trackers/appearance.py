@@ -17,6 +17,7 @@ from mkt.types import Array, NDArray, Region, Rng
 
 BAND = 1.0  # width of the band along the borders, in half axes
 EVERY = 0.5  # step of the grid of background ellipses, in half axes
+MOST = 5000  # of them: with 512 bins each their histograms take 10 MB
 
 Zone = str | tuple[float, float, float, float]
 
@@ -24,7 +25,7 @@ Zone = str | tuple[float, float, float, float]
 def background(
     disc: Disc, image: BinImage, half_axes: Array, without: Region | None = None
 ) -> NDArray:
-    """Square roots of the histograms of ellipses all over a frame.
+    """Square roots of the histograms of ellipses all over a frame, some `MOST` at most.
 
     They are enough for the coefficient with any model.
 
@@ -47,8 +48,9 @@ def background(
         When that region leaves no ellipse.
     """
     height, width = image.shape
-    x = np.arange(0, width, max(EVERY * half_axes[0], 1))
-    y = np.arange(0, height, max(EVERY * half_axes[1], 1))
+    every = np.maximum(EVERY * np.asarray(half_axes), 1)
+    every *= max((width * height / every.prod() / MOST) ** 0.5, 1)
+    x, y = np.arange(0, width, every[0]), np.arange(0, height, every[1])
     centres = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
     if without is not None:
         off = (centres - without[:2]) / (without[3:] + half_axes)

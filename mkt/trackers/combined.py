@@ -44,7 +44,7 @@ class Combined:
     Raises
     ------
     ValueError
-        For a threshold that is no number.
+        Naming the field.
     """
 
     filter: ParticleFilter = ParticleFilter(n=75)  # printed, Section VI-A
@@ -53,6 +53,8 @@ class Combined:
     as_printed: bool = False
 
     def __post_init__(self):
+        checks.of_kind(self.filter, ParticleFilter, "filter", "give a ParticleFilter()")
+        checks.of_kind(self.ssd, SSD, "ssd", "give an SSD()")
         checks.numbers(self, "threshold")
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> CombinedState:

@@ -39,7 +39,7 @@ from mkt.histograms import (
     learn,
     log_likelihood,
 )
-from mkt.kernels import Kernels
+from mkt.kernels import Kernels, of_kernels
 from mkt.particles import (
     Motion,
     Particles,
@@ -158,6 +158,8 @@ class HybridResampling:
 
     def __post_init__(self):
         of_bins(self.bins)
+        of_kernels(self.kernels, "kernels")
+        checks.of_kind(self.motion, Motion, "motion", "give a Motion, such as Motion()")
         checks.counts(self, "n")
         checks.one_of(self, accept=ACCEPT, occlusion=OCCLUSION)
         checks.shares(self, "inertial", "smoothing", "damping", "eta", "gamma")

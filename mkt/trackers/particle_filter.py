@@ -15,7 +15,7 @@ from typing import NamedTuple
 from mkt import checks
 from mkt.colors import BinImage, Bins, ColorBins, of_bins
 from mkt.histograms import Target, learn, log_likelihood
-from mkt.kernels import Kernels
+from mkt.kernels import Kernels, of_kernels
 from mkt.particles import (
     SCHEMES,
     Motion,
@@ -25,6 +25,7 @@ from mkt.particles import (
     effective_sample_size,
     mean_region,
     normalised,
+    of_motion,
 )
 from mkt.tracking import Info, report
 from mkt.types import Array, Frame, Region, Rng
@@ -75,6 +76,8 @@ class ParticleFilter:
 
     def __post_init__(self):
         of_bins(self.bins)
+        of_kernels(self.kernels, "kernels")
+        of_motion(self.motion)
         checks.counts(self, "n")
         checks.one_of(self, scheme=SCHEMES, combine=("sum", "mean"))
         checks.not_negative(self, "lam")

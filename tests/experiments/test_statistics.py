@@ -16,15 +16,17 @@ from mkt.experiments.statistics import (
     MEDIAN,
     PAIRS,
     SHARE,
+    STATISTICS,
     holm,
     interval,
     p_value,
     summaries,
 )
-from mkt.experiments.sweep import write_table
+from mkt.experiments.sweep import NUMBERS, write_table
 
 FAKE = {
     "source": "base",
+    "refused": "",
     "overlap": 0.5,
     "position": 1.0,
     "orientation": 2.0,
@@ -215,6 +217,21 @@ def test_summaries_of_a_sweep_are_a_table_on_disk(tmp_path):
     assert first["lost_low"] == pytest.approx(0.032, abs=1e-3)
     write_table(rows, tmp_path / "rows.csv")
     assert len((tmp_path / "rows.csv").read_text().splitlines()) == 17
+
+
+def test_a_run_that_was_refused_is_counted_and_hides_no_other():
+    good = [FAKE | {"tracker": "a"}] * 9
+    refused = FAKE | dict.fromkeys(NUMBERS, np.nan) | {"tracker": "a", "refused": "no"}
+    (line,) = summaries(pd.DataFrame([*good, refused])).to_dict("records")
+    assert (line["runs"], line["refused"], line["overlap"]) == (10, 1, 0.5)
+
+
+@pytest.mark.parametrize("statistic", STATISTICS.values(), ids=list(STATISTICS))
+def test_values_are_one_for_each_run(statistic):
+    table = pd.DataFrame({"lost": [0.0, 1.0, 1.0]})
+    assert interval(table["lost"], statistic)
+    with pytest.raises(ValueError, match=r"the shape \(3, 1\); give one for each run"):
+        interval(table, statistic)
 
 
 def test_means_and_pairs_have_the_formulas_of_the_books():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mkt.scenes.paths import BEAT, roaming, shaking, spline
+from mkt.scenes.paths import BEAT, roaming, shaking, spline, way
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -16,6 +16,14 @@ def test_a_walk_starts_upright_and_in_its_own_size(seed):
 def test_a_walk_starts_from_rest(seed):
     x, y = spline(roaming(np.random.default_rng(seed)))([-0.25, 0, 0.25])[:, :2].T
     assert max(np.ptp(x), np.ptp(y)) < 0.3
+
+
+def test_a_path_ends_a_frame_after_its_last_point_at_most():
+    path = way([0, 10, 20], [60, 200, 100], [100, 60, 180])
+    there, later, much_later, inside = spline(path)([19.5, 21, 99, 10])
+    assert (later == much_later).all() and tuple(inside[:2]) == (200, 60)
+    assert np.abs(later - path[-1][1:])[:2].max() < 30 and (there != later).any()
+    assert (spline(path)(-1) == spline(path)(-50)).all()
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -5,7 +5,9 @@ import pickle
 import numpy as np
 import pytest
 
+from mkt.experiments import cache
 from mkt.files import installed_file
+from mkt.sequences import carphone as module
 from mkt.sequences.carphone import ANNOTATION, CARPHONE, HEAD, Carphone, carphone
 from tests.sequences.written import refused
 
@@ -34,6 +36,15 @@ def test_the_first_and_the_last_frame_are_annotated_as_they_were_drawn():
     first = [87.3, 57.2, np.radians(-8), 28, 44]
     last = [70.2, 56.5, np.radians(-12.5), 29.5, 48]
     assert np.allclose(carphone().truth[[0, 119]], [first, last], atol=0.01)
+
+
+def test_another_annotation_is_another_source(monkeypatch, tmp_path):
+    before = cache.identity(Carphone())
+    assert before != cache.identity(HEAD)
+    changed = tmp_path / "carphone.csv"
+    changed.write_text(ANNOTATION.read_text("utf-8").replace("87.3", "97.3"), "utf-8")
+    monkeypatch.setattr(module, "ANNOTATION", changed)
+    assert cache.identity(Carphone()) != before
 
 
 def test_carphone_ellipses_lie_on_the_head():

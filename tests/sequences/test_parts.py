@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mkt.evaluation import SEEN
+from mkt.regions import HX
 from mkt.sequences import parts as made
 from mkt.sequences.parts import Part, parts
 from mkt.tracking import Sequence
@@ -28,6 +29,7 @@ class Whole:
     def sequence(self):
         numbers = np.arange(len(self.visibility), dtype=float)
         truth = np.repeat(numbers[:, None], 5, 1)
+        truth[:, HX:] += 1  # what has no area is not seen
         seen = np.array(self.visibility)
         return Sequence(self.name, list(range(len(seen))), truth, seen, upright=True)
 

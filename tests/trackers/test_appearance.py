@@ -8,6 +8,13 @@ from mkt.trackers import appearance
 from mkt.trackers.ellipses import Disc
 
 
+@pytest.mark.parametrize("axes", [(1.0, 1.0), (2.0, 3.0), (0.1, 40.0)])
+def test_a_small_target_in_a_large_frame_has_some_ellipses_and_no_millions(axes):
+    image = BinImage(np.zeros((540, 960), np.uint8), 4)
+    roots = appearance.background(Disc(), image, np.array(axes))
+    assert appearance.MOST / 2 < len(roots) < 1.1 * appearance.MOST
+
+
 def test_the_background_leaves_out_the_target():
     """On a plain image with one blot, no background ellipse sees the blot."""
     labels = np.zeros((120, 160), np.uint16)

@@ -12,12 +12,15 @@ import pytest
 from mkt.evaluation import overlap
 from mkt.histograms import learn
 from mkt.kernels import Kernels
+from mkt.particles import EllipseMotion, Motion
 from mkt.scenes.layers import Layer
 from mkt.scenes.questions import base, look_alike
 from mkt.scenes.rendering import Scene
 from mkt.trackers import by_name
+from mkt.trackers.adaptive import Adaptive
 from mkt.trackers.combined import Combined
 from mkt.trackers.guided import Guided
+from mkt.trackers.hybrid_resampling import HybridResampling
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
 from mkt.tracking import follow, track
@@ -267,3 +270,22 @@ def test_rotation_and_scale_are_followed(name):
     clips = [base(seed, "astronaut", "bricks").sequence() for seed in range(3)]
     means = [mean_overlap(TRACKERS[name], clip, s) for s, clip in enumerate(clips)]
     assert (np.mean(means) >= 0.8) == (name != "one kernel")
+
+
+PARTS = [
+    (ParticleFilter, {"motion": EllipseMotion()}),
+    (ParticleFilter, {"motion": Motion}),
+    (ParticleFilter, {"kernels": "tiles"}),
+    (Adaptive, {"motion": Motion()}),
+    (Combined, {"filter": SSD()}),
+    (Combined, {"ssd": Guided()}),
+    (HybridResampling, {"motion": EllipseMotion()}),
+    (HybridResampling, {"kernels": "ellipse"}),
+]
+
+
+@pytest.mark.parametrize("kind, part", PARTS)
+def test_a_part_of_another_kind_is_refused_at_once_by_its_name(kind, part):
+    (name,) = part
+    with pytest.raises(ValueError, match=f"^{name} is .*; give "):
+        kind(**part)
