@@ -7,7 +7,7 @@ from mkt.course import cli
 from mkt.course.labs import checking
 from mkt.course.labs.judge import judged
 from mkt.course.labs.marks import faults
-from mkt.course.labs.notebooks import headings, released
+from mkt.course.labs.notebooks import headings, of_role, released
 from mkt.course.labs.student import DIED, Cell
 from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
 
@@ -34,6 +34,40 @@ def test_check_tells_a_student_in_words_what_is_wrong(toy, capsys):
         "0 of 3 points so far, and 3 for what a person reads; "
         "the hidden checks may find more",
     ]
+
+
+@pytest.mark.slow
+def test_what_was_deleted_or_edited_counts_as_we_wrote_it_as_where_it_is_graded(
+    toy, capsys
+):
+    mine = answer(**GOOD | {"add": "def add(a, b):\n    return 0", "check_six": None})
+    of_role(mine, "check")["check_add"].source = "print('ok')"
+    hand_in(toy / "in" / "ada" / "toy.ipynb", mine)
+    assert cli.run(cli.parse(["labs", "check", str(toy / "in/ada/toy.ipynb")])) == 1
+    assert capsys.readouterr().out.splitlines()[:-1] == [
+        "  0 of 2  check_add: 1 + 2 is 3, not 0",
+        "  1 of 1  check_six",
+        "  ? of 3  why: a person reads your answer",
+        "check_add: was edited, the original counts",
+        "check_six: was deleted, the original counts",
+    ]
+    assert graded(toy / "in", toy / "grades.csv")["ada"]["points"] == "1"
+
+
+@pytest.mark.slow
+def test_the_cells_of_a_solution_and_of_an_answer_that_are_gone_are_named(toy, capsys):
+    hand_in(toy / "mine.ipynb", answer(**GOOD | {"six": None, "why": None}))
+    assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1
+    said = capsys.readouterr().out
+    for cell in ("six", "why"):
+        assert f"the cell {cell} is missing: was it deleted, or is this an" in said
+
+
+def test_where_a_lab_has_no_original_its_checks_count_as_they_are(toy, capsys):
+    hand_in(toy / "mine.ipynb", answer(**GOOD))
+    (toy / "labs" / "toy.ipynb").unlink()
+    assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 0
+    assert checking.UNKNOWN in capsys.readouterr().out.splitlines()
 
 
 @pytest.mark.slow

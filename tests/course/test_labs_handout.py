@@ -28,10 +28,11 @@ def test_nothing_in_it_knows_a_solution_or_a_hidden_check(given):
     assert not (given / "notebooks" / "labs").exists()
     assert not (given / "tests").exists() and not (given / ".git").exists()
     for title, lab in notebooks.labs().items():
-        path = given / "notebooks" / "handout" / f"{title}.ipynb"
-        text = path.read_text(encoding="utf-8")
-        assert nbformat.reads(text, 4).cells == notebooks.released(lab).cells
-        assert "BEGIN SOLUTION" not in text and "HIDDEN TESTS" not in text
+        for folder in ("handout", "handout/.originals"):
+            path = given / "notebooks" / folder / f"{title}.ipynb"
+            text = path.read_text(encoding="utf-8")
+            assert nbformat.reads(text, 4).cells == notebooks.released(lab).cells
+            assert "BEGIN SOLUTION" not in text and "HIDDEN TESTS" not in text
 
 
 def test_it_has_chapters_labs_and_the_two_commands_also_in_the_zip(given):
@@ -84,22 +85,42 @@ def test_a_repository_made_of_it_has_the_labs(given, tmp_path):
     names = listed.stdout.split()
     for title in notebooks.labs():
         assert f"notebooks/handout/{title}.ipynb" in names
+        assert f"notebooks/handout/.originals/{title}.ipynb" in names
     assert "mkt/__init__.py" in names and ".binder/postBuild" in names
     assert not [name for name in names if name.startswith((".venv", ".github"))]
 
 
-@pytest.mark.slow
-def test_a_lab_is_checked_from_it_alone(given):
-    lab = given / "notebooks" / "handout" / "lab_1_histograms_and_kernels.ipynb"
+def run_alone(given, *words):
+    """What a command says that is run in the handout, and with nothing else."""
     code = "import sys; from mkt.course.cli import *; run(parse(sys.argv[1:]))"
     done = subprocess.run(
-        [sys.executable, "-c", code, "labs", "check", str(lab)],
+        [sys.executable, "-c", code, "labs", *words],
         cwd=given,
         env=os.environ | {"PYTHONPATH": str(given)},
         capture_output=True,
         text=True,
     )
-    assert "0 of 3  check_kernel: not written yet" in done.stdout, done.stderr
+    return done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_a_lab_is_checked_from_it_alone_and_what_was_deleted_is_restored(given):
+    lab = given / "notebooks" / "handout" / "lab_1_histograms_and_kernels.ipynb"
+    notebook = nbformat.read(lab, 4)
+    gone = {"imports", "check-kernel"}
+    notebook.cells = [cell for cell in notebook.cells if cell.id not in gone]
+    mine = given.with_name("mine.ipynb")
+    nbformat.write(notebook, mine)
+    said = run_alone(given, "check", str(mine))
+    assert "0 of 3  check_kernel: not written yet" in said, said
+    assert "imports: was deleted, the original counts" in said
+
+
+def test_a_fresh_copy_of_a_lab_comes_from_it_alone(given, tmp_path):
+    run_alone(given, "release", "-o", str(tmp_path))
+    title, lab = next(iter(notebooks.labs().items()))
+    fresh = nbformat.read(tmp_path / f"{title}.ipynb", 4)
+    assert fresh.cells == notebooks.released(lab).cells
 
 
 def test_it_is_written_nowhere_where_something_is(given):

@@ -5,12 +5,24 @@ from pathlib import Path
 from nbformat import NotebookNode
 
 from mkt.course.labs import LIMIT
-from mkt.course.labs.marks import Mark, failures_of, faults, marks, read
-from mkt.course.labs.notebooks import HANDOUT, STUBS, of_role, points
+from mkt.course.labs.marks import (
+    Mark,
+    edited,
+    failures_of,
+    faults,
+    marks,
+    merged,
+    missing,
+    read,
+    title_of,
+)
+from mkt.course.labs.notebooks import HANDOUT, STUBS, of_role, originals, points
+
+UNKNOWN = "the original of this lab is not here: its checks count as they are"
 
 
 def check(path: Path, limit: float = LIMIT) -> tuple[list[str], bool]:
-    """Run a student's notebook with the checks that it has, and say how each went.
+    """Run a student's notebook with the lab's own checks, and say how each went.
 
     Parameters
     ----------
@@ -31,18 +43,25 @@ def check(path: Path, limit: float = LIMIT) -> tuple[list[str], bool]:
         For a file that is no lab, or not there.
     """
     notebook = read(found(path))
-    if not of_role(notebook, "check"):
+    known = originals()
+    title = title_of(notebook, known)
+    lab = known[title] if title else notebook
+    if not of_role(lab, "check"):
         raise ValueError(
             f"{path}: this notebook has no checks; "
             "`python3 -m mkt labs release` makes notebooks that have"
         )
-    failures = failures_of(notebook, notebook, limit, boxed=False)
-    results = marks(notebook, failures)
-    questions = of_role(notebook, "question")
+    failures = failures_of(lab, notebook, limit, boxed=False)
+    results = marks(lab, failures)
+    questions = of_role(lab, "question")
+    written = questions | of_role(notebook, "question")
     lines = [
         *map(_line, results),
-        *(_question(question, cell) for question, cell in questions.items()),
-        *faults(notebook, failures),
+        *(_question(question, written[question]) for question in questions),
+        *([] if title else [UNKNOWN]),
+        *missing(lab, notebook),
+        *edited(lab, notebook),
+        *faults(merged(lab, notebook), failures),
         _sum(results, sum(points(cell) for cell in questions.values())),
     ]
     return lines, not any(mark.words for mark in results)

@@ -28,9 +28,10 @@ from mkt.course.labs.marks import (
     missing,
     other_text,
     reasons,
+    title_of,
 )
 from mkt.course.labs.marks import read as read_notebook
-from mkt.course.labs.notebooks import labs, name, of_role, points
+from mkt.course.labs.notebooks import labs, of_role, points
 from mkt.course.labs.submissions import (
     GONE,
     NOTHING,
@@ -313,15 +314,10 @@ def _recognised(one: Submission, sources: Labs) -> Submission:
     if one.copy is None:
         return one
     try:
-        names = {name(cell) for cell in read_notebook(one.copy).cells}
+        title = title_of(read_notebook(one.copy), sources)
     except Exception:  # `_Grader.row` says what is wrong with it
         return one
-    shared = {
-        title: len(names & {*of_role(lab, "check", "solution", "question")})
-        for title, lab in sources.items()
-    }
-    best = max(shared, key=shared.__getitem__)
-    return replace(one, lab=best) if shared[best] else one
+    return replace(one, lab=title or one.lab)
 
 
 def _names(found: Iterable[Submission]) -> dict[Path, str]:

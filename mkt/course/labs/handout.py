@@ -1,15 +1,16 @@
 """All that a student needs, and nothing that the student must not see.
 
 A folder and a zip with the library, the chapters, and the labs as they are released;
-the two commands of its README set it up.  Without the folder of the labs' solutions
-nothing in it knows a hidden check.
+the two commands of its README set it up.  The labs are in it twice, once for `labs
+check`, which restores what a student has deleted.  Without the folder of their
+solutions nothing in it knows a hidden check.
 """
 
 import shutil
 import subprocess
 from pathlib import Path
 
-from mkt.course.labs.notebooks import HANDOUT, release
+from mkt.course.labs.notebooks import HANDOUT, ORIGINALS, release
 from mkt.files import ROOT
 
 # What a clone has and a student does not need, beside what git does not know.
@@ -85,6 +86,7 @@ def _fill(folder: Path, names: list[str]) -> None:
     for name in names:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
+    release(folder / _inside(ORIGINALS))
     labs = [path.name for path in release(folder / _inside(HANDOUT))]
     text = README.format(labs=_inside(HANDOUT), first=labs[0] if labs else "LAB")
     (folder / "README.md").write_text(text, encoding="utf-8")

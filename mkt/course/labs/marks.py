@@ -68,6 +68,17 @@ def read(path: Path) -> NotebookNode:
         raise ValueError(f"{path} is not a notebook: {why}") from None
 
 
+def title_of(notebook: NotebookNode, labs: Mapping[str, NotebookNode]) -> str | None:
+    """The lab that a notebook has the most cells of, None where it has none of any."""
+    names = {name(cell) for cell in notebook.cells}
+    shared = {
+        title: len(names & {*of_role(lab, "check", "solution", "question")})
+        for title, lab in labs.items()
+    }
+    best = max(shared, key=shared.__getitem__, default=None)
+    return best if best and shared[best] else None
+
+
 def failures_of(
     lab: NotebookNode, notebook: NotebookNode, limit: float, *, boxed: bool
 ) -> dict[str, str]:
@@ -228,7 +239,8 @@ def missing(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
     """Which cells for code and answers a notebook has not, in sentences."""
     there = {name(cell) for cell in notebook.cells}
     return [
-        f"the cell {cell} is missing: an older version of the lab?"
+        f"the cell {cell} is missing: was it deleted, or is this an older version of "
+        "the lab?"
         for cell in of_role(lab, "solution", "question")
         if cell not in there
     ]

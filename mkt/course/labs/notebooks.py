@@ -28,6 +28,9 @@ from mkt.files import NOTEBOOKS, whole
 
 FOLDER = NOTEBOOKS / "labs"  # the teacher's versions
 HANDOUT = FOLDER.with_name("handout")  # the students', where JupyterLab shows them
+# As they were released, in a handout, which has no teacher's versions; a folder that
+# JupyterLab does not show, so that nobody works in it.
+ORIGINALS = HANDOUT / ".originals"
 # Those of nbgrader.
 STUBS = {
     "code": "# YOUR CODE HERE\nraise NotImplementedError()",
@@ -52,16 +55,26 @@ _ROLES = {
 
 def labs() -> dict[str, NotebookNode]:
     """The labs with their solutions, {name: notebook}, in order."""
-    paths = sorted(FOLDER.glob("*.ipynb"))
-    return {path.stem: nbformat.read(path, 4) for path in paths}
+    return _read(FOLDER)
 
 
-def _some_labs() -> dict[str, NotebookNode]:
-    """The labs; ValueError where there are none, as in a handout."""
-    found = labs()
-    if not found:
+def originals() -> dict[str, NotebookNode]:
+    """The labs as students get them, also where their solutions are not."""
+    found = labs() or _read(ORIGINALS)
+    return {title: released(lab) for title, lab in found.items()}
+
+
+def _read(folder: Path) -> dict[str, NotebookNode]:
+    return {
+        path.stem: nbformat.read(path, 4) for path in sorted(folder.glob("*.ipynb"))
+    }
+
+
+def _some(known: dict[str, NotebookNode]) -> dict[str, NotebookNode]:
+    """These labs; ValueError where there are none."""
+    if not known:
         raise ValueError(f"{FOLDER}: there are no labs to release; ask your teacher")
-    return found
+    return known
 
 
 def role(cell: NotebookNode) -> str | None:
@@ -168,7 +181,7 @@ def for_nbgrader(folder: Path) -> list[Path]:
     """
     if folder.exists():
         raise ValueError(f"-o {folder}: it is there already; choose another name")
-    known = _some_labs()
+    known = _some(labs())
     texts = {folder / "nbgrader_config.py": CONFIGURATION.format(limit=LIMIT)}
     for title, lab in known.items():
         lab.cells = [cell for cell in lab.cells if cell.get("id") != "teacher"]
@@ -222,7 +235,7 @@ def release(folder: Path) -> dict[Path, bool]:
             f"-o {folder}: that is where the labs with their solutions are; "
             "choose another folder"
         )
-    known = _some_labs()
+    known = _some(originals())
     folder.mkdir(parents=True, exist_ok=True)
     places = {folder / f"{title}.ipynb": lab for title, lab in known.items()}
     return {path: _written(path, lab) for path, lab in places.items()}
@@ -232,5 +245,5 @@ def _written(path: Path, lab: NotebookNode) -> bool:
     if path.exists():
         return False
     with whole(path) as half:
-        half.write_text(nbformat.writes(released(lab)) + "\n", encoding="utf-8")
+        half.write_text(nbformat.writes(lab) + "\n", encoding="utf-8")
     return True
