@@ -73,6 +73,22 @@ def test_what_a_teacher_types_is_summed_up_and_then_the_page_has_the_model_answe
     assert "Because." in text and "return a + b" in text
 
 
+def test_rows_without_a_total_are_named_and_older_ones_are_not(grades, toy, capsys):
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer(**GOOD))
+    hand_in(toy / "submitted" / "eve" / "toy.zip", "PK")
+    again = answer(**GOOD | {"why": "Why?\n\nNow I know."})
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", again)
+    graded(toy / "submitted", grades)
+    capsys.readouterr()
+    merged(grades)
+    words = "no total yet, points missing: ada, toy: why; bob, toy: why\n"
+    assert capsys.readouterr().err == words
+    found = [row | {"why": "3" if row["lab"] else ""} for row in table.read(grades)]
+    table.write(grades, list(found[0]), found, ",")
+    merged(grades)
+    assert capsys.readouterr().err == ""
+
+
 def test_no_page_has_model_answers_while_work_is_handed_in(toy):
     """A row without answers has its total at once."""
     hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer())

@@ -148,8 +148,9 @@ def _on_page(row: Row) -> Row:
 def merge(output: Path) -> None:
     """Sum up a table that a teacher has typed points into, and write the pages anew.
 
-    Pages of rows with a total show the model answers now, and not before: as long as
-    work is handed in, one such page would give the lab away.
+    It names the rows that have no total yet.  Pages of rows with a total show the model
+    answers now, and not before: as long as work is handed in, one such page would give
+    the lab away.
 
     Raises
     ------
@@ -159,7 +160,21 @@ def merge(output: Path) -> None:
     if not output.is_file():
         raise ValueError(f"{output}: there is no such table; `labs grade` makes it")
     rows = _rows_so_far(output)
-    _write(output, rows, rows, labs(), None, models=True)
+    sources = labs()
+    _write(output, rows, rows, sources, None, models=True)
+    if unread := list(filter(None, (_unread(row, sources) for row in rows))):
+        missing = "; ".join(unread)
+        print(f"no total yet, points missing: {missing}", file=sys.stderr)
+
+
+def _unread(row: Row, sources: Labs) -> str:
+    """Whose row has no total yet, and for want of which points; "" where none waits."""
+    instead = {GONE, OLDER} & {*row["note"].splitlines()}  # another row has its points
+    if row["lab"] not in sources or not row["points"] or row["total"] or instead:
+        return ""
+    questions = of_role(sources[row["lab"]], "question")
+    blank = ", ".join(one for one in questions if not row.get(one))
+    return f"{row['student']}, {row['lab']}: {blank}"
 
 
 def _rows_so_far(output: Path) -> list[Row]:
