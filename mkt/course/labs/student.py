@@ -36,6 +36,8 @@ CHANGED = (
     "your function changes an array that it was given, which is read-only: compute a "
     "new one in place of +=, *= or [...] ="
 )
+# Where a check, or a function that it puts in the place of another, is called by name.
+RENAMED = "are the names in the `def` lines still those that you were given?"
 OVER = "the notebook takes too long as a whole, and was stopped before this"
 # [s] for what was interrupted to end, but not above the limit; then its process is
 # given up.
@@ -396,7 +398,8 @@ def _as_said(name: str, words: str, late: str) -> TheirError:
         return TheirError(late)
     if name == "ValueError" and words.endswith(LOCKED):
         return TheirError(CHANGED)
+    more = f": {RENAMED}" if "unexpected keyword argument" in words else ""
     # Python says "(<where>, line 3)" of what it cannot read.
     return TheirError(
-        f"stops with {name}: {re.sub(r'[(][^()]*, line', '(line', words)}"
+        f"stops with {name}: {re.sub(r'[(][^()]*, line', '(line', words)}{more}"
     )
