@@ -18,6 +18,7 @@ from nbformat import NotebookNode
 from tqdm import tqdm
 
 from mkt.course.labs import LIMIT, pages, sandbox, table
+from mkt.course.labs.borrowed import borrowed
 from mkt.course.labs.marks import (
     answers,
     edited,
@@ -430,6 +431,7 @@ class _Grader:
             *edited(lab, notebook),
             *faults(merged(lab, notebook), failures),
             *reasons(results),
+            *borrowed(lab, notebook),
         ]
         written = {
             "note": "\n".join(notes),

@@ -1,0 +1,43 @@
+"""Who calls ready-made functions is told to the teacher, and nobody else is."""
+
+import copy
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from mkt.course.labs.borrowed import borrowed
+from mkt.course.labs.notebooks import labs, name, released
+
+LABS = labs()
+KNOWN = Path(__file__).parent / "labs"
+CALLS = [
+    ("lab_3_particle_filter", "systematic", "library.systematic(w, u)", "library"),
+    ("lab_8_plane_in_space", "exponential", "expm(A)", "expm"),
+    ("lab_8_plane_in_space", "velocity", "by_a_hair(G, points)", "by_a_hair"),
+]
+
+
+def solved(title, cell_name, code):
+    """The lab with all of its solutions but one, which is another."""
+    lab = copy.deepcopy(LABS[title])
+    (cell,) = (cell for cell in lab.cells if name(cell) == cell_name)
+    cell.source = code
+    return lab
+
+
+@pytest.mark.parametrize("title, cell, call, lent", CALLS)
+def test_a_solution_by_a_call_of_what_is_there_is_told(title, cell, call, lent):
+    found = borrowed(LABS[title], solved(title, cell, f"def f(*x):\n    return {call}"))
+    assert found == [f"{cell}: calls {lent} of the lab, and own work is asked for"]
+    for own in (f"def f({lent}, *x):\n    return {call}", f"{call} is no Python"):
+        assert borrowed(LABS[title], solved(title, cell, own)) == []
+
+
+@pytest.mark.parametrize("title", LABS)
+def test_nobody_else_is_named(title):
+    lab = LABS[title]
+    assert borrowed(lab, lab) == borrowed(lab, released(lab)) == []
+    known = tomllib.loads((KNOWN / f"{title}.toml").read_text(encoding="utf-8"))
+    for right in known["right"]:
+        assert borrowed(lab, solved(title, right["cell"], right["code"])) == []
