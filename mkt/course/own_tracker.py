@@ -25,6 +25,7 @@ WANTED = (
     "a tracker is a frozen dataclass with the methods init and step, whose fields all "
     "have a default; CONTRIBUTING.md describes it"
 )
+CALLED = {"init": ("frame", "region", "rng"), "step": ("state", "frame", "rng")}
 
 Place = tuple[str, int | None]  # a file and a line of it
 
@@ -90,9 +91,28 @@ def _made(name: str) -> Tracker:
     except Exception as error:
         raise _mistake(error) or error from None
     frozen = is_dataclass(tracker) and tracker.__dataclass_params__.frozen
-    if not (frozen and hasattr(tracker, "init") and hasattr(tracker, "step")):
+    methods = (getattr(tracker, method, None) for method in CALLED)
+    if not (frozen and all(map(callable, methods))):
         raise ValueError(f"{name} is not a tracker: {WANTED}")
+    for method in CALLED:
+        _refuse_signature(tracker, method, name)
     return tracker
+
+
+def _refuse_signature(tracker: Tracker, method: str, name: str) -> None:
+    """Refuse a method that does not take what it will be called with.
+
+    Called with it, it would fail before the first line of its own.
+    """
+    takes = inspect.signature(getattr(tracker, method))
+    given = CALLED[method]
+    try:
+        takes.bind(*given)
+    except TypeError:
+        raise ValueError(
+            f"{name}: {method} takes {takes}; "
+            f"write it with (self, {', '.join(given)}), as it is called"
+        ) from None
 
 
 def _named(name: str) -> Any:

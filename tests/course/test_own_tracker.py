@@ -64,6 +64,21 @@ class Wrong(Still):
     def init(self, frame, region, rng):
         return np.zeros(3) + np.zeros(4)
 
+@dataclass(frozen=True)
+class Forgetful(Still):
+    def step(self, state, frame):
+        return state, report(state, 0.1, False, 1)
+
+@dataclass(frozen=True)
+class Curt(Still):
+    def init(self, r):
+        return r
+
+@dataclass(frozen=True)
+class Fields:
+    init: int = 1
+    step: int = 2
+
 class Loose(Still):
     def __init__(self, shift): pass
 
@@ -268,6 +283,15 @@ def test_what_a_board_would_miss_is_said_before_the_runs(own):
         ("nowhere:Still", "No module named 'nowhere'"),
         ("resting:Loose", "missing 1 required positional argument"),
         ("resting:words", "is not a tracker"),
+        ("resting:Fields", "is not a tracker"),
+        (
+            "resting:Forgetful",
+            r"step takes \(state, frame\); write it with \(self, state, frame, rng\)",
+        ),
+        (
+            "resting:Curt",
+            r"init takes \(r\); write it with \(self, frame, region, rng\), as it",
+        ),
         (":", "give the tracker as module:Class"),
     ],
 )
