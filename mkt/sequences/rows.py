@@ -13,6 +13,9 @@ import numpy as np
 from mkt.files import DataError, existing_file
 from mkt.types import Array, ArrayLike, NDArray
 
+# 9,5 before a blank and a further number, or in quotes of its own.
+DECIMAL_COMMA = re.compile(r'\d,\d+"?[\t ]+"?[-+.\d]|"[-+]?\d+,\d+"')
+
 
 class Rows(NamedTuple):
     """Where the rows of an array stand in a text.
@@ -132,7 +135,7 @@ def read_rows(
 def _lines(path: str | os.PathLike) -> list[str]:
     """The lines of a text file.
 
-    What is no text is refused, and so are lines with two signs between numbers.
+    What is no text is refused, and so are lines whose commas may be decimal ones.
     """
     text = existing_file(path).read_text("utf-8-sig", "replace")
     if "\0" in text:
@@ -143,14 +146,21 @@ def _lines(path: str | os.PathLike) -> list[str]:
         )
     lines = text.splitlines()
     for number, line in enumerate(lines, 1):
-        if ";" in line.strip(";") and "," in line.strip(","):
+        if what := _unclear(line):
             raise DataError(
                 path,
-                "both commas and semicolons",
-                "separate numbers by one of them, and write 9.5, not 9,5",
+                what,
+                "separate numbers by one sign, and write 9.5, not 9,5",
                 number,
             )
     return lines
+
+
+def _unclear(line: str) -> str:
+    """Why nobody can say where the numbers of a line end, empty where they can."""
+    if ";" in line.strip(";") and "," in line.strip(","):
+        return "both commas and semicolons"
+    return "what looks like a decimal comma" if DECIMAL_COMMA.search(line) else ""
 
 
 def _row(

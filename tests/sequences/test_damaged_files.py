@@ -192,6 +192,12 @@ def test_a_truth_in_utf_16_is_said_to_be_so(encoding, tmp_path):
         (
             b"9,9,9,9\n9,5\t9,5\t9,5\t9,5\n",
             2,
+            "looks like a decimal comma",
+            "write 9.5, not 9,5",
+        ),
+        (
+            b"9,9,9,9\n9,5,9,5,9,5,9,5",
+            2,
             "8 numbers, but 4 are needed",
             "write 9.5, not 9,5",
         ),
@@ -211,6 +217,20 @@ def test_a_damaged_truth_is_named_with_its_line(content, line, what, remedy, tmp
     folder = truth(tmp_path, content)
     with refused("groundtruth_rect.txt", what, remedy, line):
         otb(folder)
+
+
+@pytest.mark.parametrize(
+    "row", ["9,5\t9,5\t9,5\t9,5", "-9,5 9,5 9,5 9,5", '"9,5","9,5","9,5","9,5"']
+)
+def test_decimal_commas_are_not_taken_for_corners(row, tmp_path):
+    folder = vot_folder(tmp_path, row)
+    with refused("groundtruth.txt", "a decimal comma", "write 9.5, not 9,5", 1):
+        vot(folder)
+
+
+@pytest.mark.parametrize("row", ["9, 9, 19, 19", "9 ,9 ,19 ,19", '"9,9,19,19"'])
+def test_a_blank_beside_the_comma_is_no_second_sign(row, tmp_path):
+    assert len(vot(vot_folder(tmp_path, row))) == 1
 
 
 def test_half_a_polygon_is_not_a_hidden_target(tmp_path):
