@@ -31,8 +31,9 @@ from tqdm import tqdm
 from mkt.experiments import shipped as release
 from mkt.experiments.processes import spread
 from mkt.experiments.statistics import MEAN, interval, p_value
-from mkt.experiments.sweep import Job, Named, sweep
+from mkt.experiments.sweep import Job, Named, rows_of, sweep
 from mkt.experiments.timing import one_thread
+from mkt.files import DataError
 from mkt.scenes import SCENES
 from mkt.scenes.drawn import HELD_BACK, Drawn, drawn
 from mkt.sequences import benchmarks, tracks
@@ -154,19 +155,34 @@ def recorded(
         sources = [part for one in found for part in parts(one, starts)]
     if not sources:
         return [], troubles
-    jobs = _repeated(trackers, sources, seeds)
-    rows = sweep(jobs, processes)
+    jobs, rows, broken = _readable(_repeated(trackers, sources, seeds), processes)
+    troubles += map(str, broken.values())
+    if not jobs:
+        return [], troubles
+    found = {one: words for one, words in found.items() if one.name not in broken}
     titles = ", ".join(dict.fromkeys(one.archive.name for one in found))
     there = "; ".join(f"{one.name}, {words}" for one, words in found.items())
     data = f"Real sequences: {there}."
     if starts:
         data += (
-            f" {len(sources)} parts of them, at most {LONGEST} frames long: each "
-            f"sequence from {counted(starts, 'frame')} forwards, and from {starts} "
-            "backwards."
+            f" {len({job.source for job in jobs})} parts of them, at most {LONGEST} "
+            f"frames long: each sequence from {counted(starts, 'frame')} forwards, and "
+            f"from {starts} backwards."
         )
         rows[["start", "way"]] = [(job.source.start, job.source.way) for job in jobs]
     return [Board(titles, data, rows, "source", jobs)], troubles
+
+
+def _readable(
+    jobs: list[Job], processes: int
+) -> tuple[list[Job], pd.DataFrame, dict[str, DataError]]:
+    """The jobs whose sources are whole, their rows, and what is wrong with the others.
+
+    A sequence of which one part is broken is left out with all its parts.
+    """
+    rows, broken = rows_of(jobs, processes)
+    done = [k for k, job in enumerate(jobs) if job.source.name not in broken]
+    return [jobs[k] for k in done], pd.DataFrame([rows[k] for k in done]), broken
 
 
 def _repeated(
@@ -263,10 +279,18 @@ def _on_the_others(rows: pd.DataFrame) -> str:
 
 
 def for_release(table: Path, names: Iterable[str]) -> Board | None:
-    """Some trackers on what a table of the release has; None where that is missing."""
+    """Some trackers on what a table of the release has; None where that is missing.
+
+    Raises
+    ------
+    ValueError
+        For a broken sequence, without which the table would be another one.
+    """
     if table == release.TRACKED:
         return synthetic(names)
-    boards, _ = recorded(names, archive="BoBoT")
+    boards, troubles = recorded(names, archive="BoBoT")
+    if troubles:
+        raise ValueError(f"a release leaves no sequence out: {troubles[0]}")
     return boards[0] if boards else None
 
 

@@ -230,6 +230,8 @@ def sweep(
     ------
     ValueError
         For a parameter that has the name of another column.
+    DataError
+        For a source that cannot be read to its end; rows of the others are kept first.
     """
     jobs = list(jobs)
     names = [parameters] if isinstance(parameters, str) else list(parameters)
@@ -238,8 +240,29 @@ def sweep(
             f"parameters has {taken[0]!r}, a column that every sweep has; leave it "
             "out, and let the labels of the trackers say it"
         )
+    rows, broken = rows_of(jobs, processes)
+    for error in broken.values():
+        raise error
+    columns = {name: [_parameter(job, name) for job in jobs] for name in names}
+    known = None if rows else [*WHO, *NUMBERS]  # of no jobs at all
+    return pd.DataFrame(rows, columns=known).assign(**columns)
+
+
+def rows_of(
+    jobs: list[Job], processes: int = -1
+) -> tuple[list[dict[str, Any] | None], dict[str, DataError]]:
+    """What `sweep` puts into its table, where sources may be broken.
+
+    Returns
+    -------
+    rows : list of dict or None
+        Of each job; None where its source is broken.
+    broken : dict
+        The name of a source that cannot be read to its end -> what is wrong with it.
+    """
     sources = _identities(jobs)
     rows = [_known(job, of) for job, of in zip(jobs, sources, strict=True)]
+    broken: dict[str, DataError] = {}
     missing = [k for k, row in enumerate(rows) if row is None]
     groups = ((group,) for group in _groups(jobs, missing, sources))
     done = spread(_run_group, groups, processes, in_order=False)
@@ -247,12 +270,13 @@ def sweep(
     with tqdm(total=len(missing), desc="runs", unit="run", disable=quiet) as bar:
         for fresh in done:
             for k, row in fresh.items():
-                rows[k] = row
-                _keep(jobs[k], sources[k], row)
+                if isinstance(row, DataError):
+                    broken[jobs[k].source.name] = row
+                else:
+                    rows[k] = row
+                    _keep(jobs[k], sources[k], row)
             bar.update(len(fresh))
-    columns = {name: [_parameter(job, name) for job in jobs] for name in names}
-    known = None if rows else [*WHO, *NUMBERS]  # of no jobs at all
-    return pd.DataFrame(rows, columns=known).assign(**columns)
+    return rows, broken
 
 
 def _parameter(job: Job, name: str) -> Any:
@@ -275,9 +299,26 @@ def _groups(
     return [{k: jobs[k] for k in group} for _, group in groupby(ordered, source)]
 
 
-def _run_group(group: dict[int, Job]) -> dict[int, dict[str, Any]]:
-    with one_thread():
-        return {k: run(job) for k, job in group.items()}
+def _run_group(group: dict[int, Job]) -> dict[int, dict[str, Any] | DataError]:
+    """The rows of jobs on one source, or for each what is wrong with that source."""
+    try:
+        with one_thread():
+            return {k: run(job) for k, job in group.items()}
+    except DataError:
+        first, *_ = group.values()
+        if broken := _broken(first.source):
+            return dict.fromkeys(group, broken)
+        raise  # it is the tracker that lacks something, or the job
+
+
+def _broken(source: Named) -> DataError | None:
+    """What is wrong with the frames of a source, None where all can be read."""
+    try:
+        for _ in source.sequence().frames:
+            pass
+    except DataError as error:
+        return error
+    return None
 
 
 def _keep(job: Job, source: str, row: dict[str, Any]) -> None:

@@ -170,6 +170,29 @@ def test_what_is_broken_is_left_out_and_named(benchmarks):
     assert len(troubles) == 1 and "truth.txt, line 2" in troubles[0]
 
 
+@pytest.mark.parametrize("starts", [0, 2])
+def test_a_broken_frame_leaves_its_sequence_out_with_all_parts(benchmarks, starts):
+    (benchmarks / "grey" / "frames" / "6.png").write_bytes(b"not an image")
+    (board,), troubles = recorded(("ssd",), [0], processes=1, starts=starts)
+    assert set(board.rows["source"]) == {"BoBoT/colored"}
+    assert len(board.jobs) == len(board.rows) == max(1, 2 * starts)
+    assert "grey" not in board.data
+    assert len(troubles) == 1 and "6.png: not an image" in troubles[0]
+
+
+def test_nothing_is_left_out_of_a_release(benchmarks):
+    (benchmarks / "grey" / "frames" / "6.png").write_bytes(b"not an image")
+    with pytest.raises(ValueError, match="leaves no sequence out: .*6.png: not an im"):
+        leaderboard.for_release(leaderboard.release.BOBOT, ["ssd"])
+
+
+def test_where_all_is_broken_there_is_no_board(benchmarks):
+    for name in ("colored", "grey"):
+        (benchmarks / name / "frames" / "6.png").write_bytes(b"")
+    boards, troubles = recorded(("ssd",), [0], processes=1)
+    assert boards == [] and len(troubles) == 2
+
+
 @pytest.mark.parametrize(
     "name",
     ["<img src=x onerror=alert(1)>", "a|b", "*a* `b` $c$", "<!--<script>", "a\n# b"],

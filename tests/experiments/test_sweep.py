@@ -19,6 +19,7 @@ from mkt.experiments.statistics import summaries
 from mkt.experiments.sweep import Job, jobs, sweep
 from mkt.files import ROOT, DataError
 from mkt.scenes.drawn import Drawn, drawn
+from mkt.sequences.video import Frames
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
 from mkt.tracking import Sequence, Track
@@ -208,11 +209,8 @@ class Spoilt(Short):
         return dataclasses.replace(clip, frames=Torn(len(clip)))
 
 
-class Torn(list):
-    def __init__(self, n):
-        super().__init__([None] * n)
-
-    def __getitem__(self, k):
+class Torn(Frames):
+    def _read(self, index):
         raise DataError("frame.jpg", "cut short", "download it again")
 
 
@@ -234,6 +232,27 @@ class Untrue(Short):
 def test_what_is_wrong_with_a_job_or_its_data_is_no_refusal(job, said):
     with pytest.raises((ValueError, TypeError), match=said):
         sweeps.run(job)
+
+
+class Bad(Spoilt):
+    """Its name comes before that of `Short`, and so does its turn."""
+
+
+def test_a_broken_source_is_told_after_the_others_are_kept(kept):
+    jobs = [Job("ssd", TWO, Bad(Drawn("base"))), *short_jobs(2)]
+    with pytest.raises(DataError, match="frame.jpg: cut short; download it again"):
+        sweeps.sweep(jobs, 1)
+    assert rows_in(kept) == [0, 1]
+
+
+class Lacking(SSD):
+    def step(self, state, frame, rng):
+        raise DataError("model.npz", "no such file", "check the spelling")
+
+
+def test_what_a_tracker_lacks_is_no_fault_of_the_source():
+    with pytest.raises(DataError, match="model.npz"):
+        sweeps.rows_of(short_jobs(1, Lacking()), 1)
 
 
 def test_a_tracker_that_does_not_tell_its_cost_has_a_row_without_it():

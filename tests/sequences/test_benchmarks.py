@@ -104,6 +104,10 @@ def broken_last(folder):
     (folder / LAST).write_bytes(b"not an image")
 
 
+def broken_in_the_middle(folder):
+    (folder / "frames/0002.png").write_bytes(b"not an image")
+
+
 def too_few(folder):
     (folder / LAST).unlink()
 
@@ -136,6 +140,7 @@ def name_of(value):
     "fault, file, what",
     [
         (broken_last, "0003.png", "not an image"),
+        (broken_in_the_middle, "0002.png", "not an image"),
         (too_few, "truth.txt", "3 rows for 2 frames"),
         (other_size, "0003.png", "32x24"),
         (hidden_first, "Vid_X", "not visible in the first frame"),

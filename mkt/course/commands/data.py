@@ -12,8 +12,8 @@ def add(commands: Commands) -> None:
         "list the benchmarks, or check those that are there",
         "Lists the benchmarks that can be used, where each is expected, what is\n"
         "there, its licence, and how to get it.\n"
-        "With `check`, opens every sequence that is there and says what is wrong with\n"
-        "it.",
+        "With `check`, decodes every frame of all sequences that are there, and says\n"
+        "what is wrong with them.",
         "data",
         "data check",
     )
@@ -22,7 +22,7 @@ def add(commands: Commands) -> None:
         nargs="?",
         choices=["check"],
         metavar="check",
-        help="open every sequence that is there",
+        help="decode every frame that is there",
     )
 
 
@@ -33,7 +33,7 @@ def run(args) -> int | None:
     if not args.check_all:
         print(benchmarks.listing())
         return None
-    good, troubles = benchmarks.usable()
+    good, troubles = benchmarks.usable(look=benchmarks.check_frames)
     for found, words in good.items():
         print(f"{found.name}: {words}")
     for trouble in troubles:
