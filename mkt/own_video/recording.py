@@ -151,7 +151,8 @@ class Recorder:
                 if settings:
                     settings.save(chosen)
                 if film:
-                    size = clip.frames[0].shape[1::-1]
+                    self._shape = clip.frames[0].shape
+                    size = self._shape[1::-1]
                     writer = video_writer(self._output, size, clip.fps)
                     self._film = opened.enter_context(writer)
                 self._files = opened.pop_all()
@@ -217,8 +218,20 @@ class Recorder:
         -------
         (H, W, 3) uint8 array, RGB
             The picture that went into the video; the frame where there is none.
+
+        Raises
+        ------
+        ValueError
+            For a frame of another size than the first one's, which no video can have.
+        OSError
+            When it cannot be written.
         """
         k = self._first + self.done * self._every
+        if self._film and frame.shape != self._shape:
+            raise ValueError(
+                f"{self._output}: frame {k} has the shape {frame.shape}, and the first "
+                f"one {self._shape}; give frames of one size"
+            )
         picture = annotated(frame, info, f"{k} {self._title}") if self._film else frame
         with in_one_piece():
             if not (self._mot and info["lost"]):

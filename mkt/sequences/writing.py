@@ -19,6 +19,8 @@ from mkt.types import Frame
 CODECS = {".webm": "VP80", ".mkv": "FFV1", ".avi": "MJPG", ".mp4": "mp4v"}
 # [px]: the longest side that these formats can say; the others take what can be read.
 LONGEST_SIDE = {".webm": 16_383, ".mp4": 8_191}
+# [px]: less cannot be read again, and in .avi may end the program; the others take 2.
+SHORTEST_SIDE = {".webm": 4, ".avi": 8}
 
 
 class Writer:
@@ -83,7 +85,7 @@ def video_writer(
     ------
     OSError
         When the file cannot be written, its ending is another one, or the pictures are
-        too large for its format, or less than 2 px a side.
+        too large or too small for its format.
     """
     path = Path(path).absolute()  # FFmpeg takes what is before a colon for a protocol
     ending = path.suffix.lower()
@@ -106,15 +108,18 @@ def video_writer(
 
 
 def _refuse_size(path: Path, size: tuple[int, int]) -> None:
-    if min(size) < 2:
+    ending = path.suffix.lower()
+    shortest = SHORTEST_SIDE.get(ending, 2)
+    if min(size) < shortest:
+        other = "; choose .mp4 or .mkv" if min(size) >= 2 else ""
         raise OSError(
             f"{path}: cannot be written: the pictures are {size[0]}x{size[1]} px, and "
-            "a video needs 2 px a side"
+            f"{ending} needs {shortest} px a side{other}"
         )
-    longest = LONGEST_SIDE.get(path.suffix.lower())
+    longest = LONGEST_SIDE.get(ending)
     if longest and max(size) > longest:
         raise OSError(
-            f"{path}: cannot be written: {path.suffix} takes pictures of up to "
+            f"{path}: cannot be written: {ending} takes pictures of up to "
             f"{longest} px a side, and these are {size[0]}x{size[1]} px; "
             "choose .avi or .mkv"
         )

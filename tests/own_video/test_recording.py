@@ -29,7 +29,7 @@ from mkt.sequences.truth_formats import video
 from mkt.sequences.video import VideoFile
 from mkt.sequences.writing import Writer
 from mkt.trackers import by_name
-from mkt.tracking import Sequence
+from mkt.tracking import Sequence, report
 from tests.own_video import films
 
 LENGTH = 8
@@ -346,9 +346,9 @@ def test_a_program_overwrites_nothing(taken, tmp_path):
 def test_a_film_that_cannot_begin_leaves_nothing_in_the_way_of_the_next_try(
     ending, tmp_path
 ):
-    wide = np.zeros((4, 17_000, 3), np.uint8)
+    wide = np.zeros((8, 17_000, 3), np.uint8)
     sequence = replace(still_clip(1), frames=[wide])
-    with pytest.raises(OSError, match=f"x{ending}: .*17000x4 px; choose .avi or .mkv"):
+    with pytest.raises(OSError, match=f"x{ending}: .*17000x8 px; choose .avi or .mkv"):
         recording.record(Still(), sequence, tmp_path / f"x{ending}", settings=CHOSEN)
     assert not contents(tmp_path)
     recording.record(Still(), sequence, tmp_path / "x.avi", settings=CHOSEN)
@@ -634,3 +634,15 @@ def test_a_second_box_is_told_where_several_objects_are(file, box, capsys):
     with pytest.raises(SystemExit):
         run(file, "--box", box, "--box", box)
     assert "RESEARCH.md has ten lines for several" in capsys.readouterr().err
+
+
+def test_a_frame_of_another_size_is_said_to_be_so(clip, tmp_path):
+    output, frame = tmp_path / "a.webm", clip.frames[0]
+    info = report(clip.truth[0], 0.1, False, 1)
+    said = r"a.webm: frame 2 has the shape \(60, .*; give frames of one size"
+    with pytest.raises(ValueError, match=said):
+        with recording.Recorder(output, clip) as recorder:
+            recorder.add(frame, info)
+            recorder.add(frame, info)
+            recorder.add(frame[:60], info)
+    assert len(VideoFile(output)) == len(table(output.with_suffix(".csv"))) == 2

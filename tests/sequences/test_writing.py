@@ -45,15 +45,32 @@ def test_pictures_too_large_for_a_format_are_told_those_that_take_them(
     suffix, longest, tmp_path
 ):
     path, most = tmp_path / f"a{suffix}", longest or 32_766
-    with video_writer(path, (most, 4), 25) as writer:
-        writer.write(np.zeros((4, most, 3), np.uint8))
-    assert VideoFile(path)[0].shape == (4, most - most % 2, 3)
+    with video_writer(path, (most, 8), 25) as writer:
+        writer.write(np.zeros((8, most, 3), np.uint8))
+    assert VideoFile(path)[0].shape == (8, most - most % 2, 3)
     if longest:
         said = rf"b{suffix}: .* {longest} px .* 4x{longest + 1} px; choose .avi or .mkv"
         with pytest.raises(OSError, match=said):
             with video_writer(tmp_path / f"b{suffix}", (4, longest + 1), 25):
                 pass
         assert not (tmp_path / f"b{suffix}").exists()
+
+
+@pytest.mark.parametrize(
+    "suffix, shortest", [(".webm", 4), (".avi", 8), (".mp4", 2), (".mkv", 2)]
+)
+def test_pictures_too_small_for_a_format_are_told_those_that_take_them(
+    suffix, shortest, tmp_path
+):
+    path = tmp_path / f"a{suffix}"
+    with video_writer(path, (shortest, shortest), 25) as writer:
+        writer.write(np.zeros((shortest, shortest, 3), np.uint8))
+    assert VideoFile(path)[0].shape == (shortest, shortest, 3)
+    other = "; choose .mp4 or .mkv" if shortest > 2 else ""
+    said = f"b{suffix}: .* 9x{shortest - 1} px, and {suffix} needs {shortest} px a side"
+    with pytest.raises(OSError, match=f"{said}{other}$"):
+        with video_writer(tmp_path / f"b{suffix}", (9, shortest - 1), 25):
+            pass
 
 
 def test_stderr_is_silent_for_a_while(capfd):
