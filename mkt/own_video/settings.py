@@ -21,10 +21,12 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mkt import tracking
 from mkt.checks import check_seed
 from mkt.files import DataError, existing_file, whole, written_path
-from mkt.own_video.typed_box import region_of
+from mkt.own_video.typed_box import region_of, with_angle
 from mkt.sequences import truth_formats
 from mkt.sequences.video import images_in
 from mkt.trackers import by_name
@@ -158,8 +160,10 @@ def settled(
 
     Parameters
     ----------
-    video, box, tracker, seed
+    video, tracker, seed
         See `Settings`; first, last, every and scale too.
+    box : (x, y, w, h) or (x, y, w, h, angle)
+        The angle is 0 where there is none.
     numbers : dict, optional
         Those that differ from the tracker's own.
 
@@ -169,18 +173,26 @@ def settled(
         Naming what is wrong; DataError for the video.
     """
     check_seed(seed)
-    given = part | {"box": [float(number) for number in box]}
+    region = with_angle(box)
+    if not region:
+        raise ValueError(
+            f"box is {reprlib.repr(box)}; give four or five numbers: x, y, w, h, and "
+            "the angle if it is turned"
+        )
+    given = {name: _own(value) for name, value in part.items()}
     for name, value in given.items():
-        if name in _POSSIBLE and not _POSSIBLE[name](value):
-            raise ValueError(f"{name} is {value!r}, which it cannot be")
+        if name in _POSSIBLE and (wrong := _wrong(name, value, _POSSIBLE[name])):
+            raise ValueError(wrong)
     path = written_path(video)
     known = numbers_of(with_numbers(tracker, numbers or {}))
     sha256 = fingerprint(path)  # it refuses what the next line cannot resolve
-    seed = int(seed)  # numpy's cannot be written as JSON
-    given["box"] = tuple(given["box"])
-    return Settings(
-        str(path.resolve()), sha256, tracker=tracker, numbers=known, seed=seed, **given
-    )
+    video, seed = str(path.resolve()), _own(seed)
+    return Settings(video, sha256, region, tracker, known, seed, **given)
+
+
+def _own(value: Any) -> Any:
+    """A number of numpy as Python's own, for it cannot be written as JSON."""
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def load(path: Path, video: Path | str | None = None) -> Settings:
@@ -221,7 +233,7 @@ def load(path: Path, video: Path | str | None = None) -> Settings:
 
 def _parsed(path: Path) -> Any:
     try:
-        return json.loads(path.read_text("utf-8"))
+        return json.loads(path.read_text("utf-8-sig"))
     except json.JSONDecodeError as error:
         raise DataError(path, f"not JSON: {error.msg}", AGAIN, error.lineno) from None
     except UnicodeDecodeError:
@@ -243,9 +255,8 @@ def _checked(path: Path, values: Any) -> Settings:
         names = ", ".join(sorted(wanted ^ (there | set(WHOLE))))
         raise DataError(path, f"these entries are missing or unknown: {names}", AGAIN)
     for name, value, possible in _parts(values):
-        if not possible(value):
-            found = f"{name} is {reprlib.repr(value)}, which it cannot be"
-            raise DataError(path, found, f"correct it, or {AGAIN}")
+        if wrong := _wrong(name, value, possible):
+            raise DataError(path, wrong, f"correct it, or {AGAIN}")
     tracker = values["tracker"]
     if ":" in tracker and tracker not in by_name.TRACKERS:
         raise DataError(
@@ -269,6 +280,13 @@ def _parts(values: dict[str, Any]) -> Iterator[tuple[str, Any, Callable]]:
     for name, possible in _POSSIBLE_IN.items():
         for key, value in values[name].items():
             yield f"{key} in {name}", value, possible
+
+
+def _wrong(name: str, value: Any, possible: Callable) -> str:
+    """What is wrong with an entry, and what is needed; empty where it can be."""
+    if possible(value):
+        return ""
+    return f"{name} is {reprlib.repr(value)}; it must be {_NEEDED[possible]}"
 
 
 def _finite(value: Any) -> bool:
@@ -316,6 +334,16 @@ _POSSIBLE = {
     "last": _is_end,
     "every": _is_step,
     "scale": _is_share,
+}
+_NEEDED = {
+    _is_text: "a text",
+    _is_box: "a list of five finite numbers: x, y, w, h, angle",
+    _is_dict: "a table of names and values",
+    _is_seed: "a whole number, at least 0",
+    _is_end: "a whole number, at least 0, or nothing",
+    _is_step: "a whole number, at least 1",
+    _is_share: "above 0 and at most 1",
+    _finite: "a finite number",
 }
 _POSSIBLE_IN = {"numbers": _finite, "versions": _is_text}
 

@@ -1,6 +1,7 @@
 """The box that is drawn or typed round the target: x, y, w, h, angle [px, deg]."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -18,16 +19,23 @@ def parse_box(text: str) -> tuple[float, ...]:
     ValueError
         With the remedy.
     """
-    try:
-        box = [float(word) for word in text.split(",")]
-    except ValueError:
-        box = []
-    if len(box) not in (4, 5) or not np.isfinite(box).all():
+    box = with_angle(text.split(","))
+    if not box:
         raise ValueError(
             f"--box {text}: give four or five numbers x,y,w,h[,angle] without spaces, "
             "such as 120,80,60,40 or 120,80,60,40,30"
         )
-    return (*box, 0.0)[:5]
+    return box
+
+
+def with_angle(box: Iterable[Any]) -> tuple[float, ...]:
+    """The numbers x, y, w, h, angle of five, or of four; empty where these are none."""
+    try:
+        numbers = [float(number) for number in box]
+    except (TypeError, ValueError, OverflowError):
+        return ()
+    fits = len(numbers) in (4, 5) and np.isfinite(numbers).all()
+    return (*numbers, 0.0)[:5] if fits else ()
 
 
 def in_words(box: Sequence[float]) -> str:

@@ -92,7 +92,10 @@ def test_a_path_in_the_settings_may_be_relative_to_them(car, place, monkeypatch)
 @pytest.mark.parametrize(
     "change, said",
     [
-        ({"box": [1, 2, 3, 4]}, "box is .* cannot be"),
+        (
+            {"box": [1, 2, 3, 4]},
+            r"x.json: box is \[1, 2, 3, 4\]; it must be a list of five finite numbers",
+        ),
         ({"box": [1, 2, 3, 4, "x"]}, "box is"),
         ({"seed": 1.5}, "seed is 1.5"),
         ({"seed": -1}, "seed is -1"),
@@ -124,11 +127,14 @@ def test_wrong_settings_are_named(change, said, car, place):
 @pytest.mark.parametrize(
     "change, said",
     [
-        ({"every": 0}, "every is 0"),
+        ({"every": 0}, "every is 0; it must be a whole number, at least 1"),
+        ({"last": 1.5}, "last is 1.5; it must be a whole number, at least 0, or noth"),
         ({"every": 1.5}, "every is 1.5"),
         ({"first": -1}, "first is -1"),
-        ({"scale": 0}, "scale is 0"),
-        ({"box": (1, 2, 3, 4)}, r"box is \[1.0, 2.0, 3.0, 4.0\]"),
+        ({"scale": 0}, "scale is 0; it must be above 0 and at most 1"),
+        ({"box": (1, 2, 3)}, r"box is \(1, 2, 3\); give four or five numbers: x, y, w"),
+        ({"box": 5}, "box is 5; give four"),
+        ({"box": (1, 2, 3, 10**400)}, "box is"),
         ({"box": (1, 2, 3, 4, np.nan)}, "box is"),
         ({"numbers": {"n": np.inf}}, "n is inf; it must be a finite number"),
         ({"numbers": {"lost_above": None}}, "lost_above is None"),
@@ -141,6 +147,25 @@ def test_settings_that_cannot_be_are_named_where_they_are_made(change, said, car
 
 def test_a_box_may_be_an_array(car):
     assert settled(car, np.array(films.BOX, float)) == settled(car, films.BOX)
+
+
+def test_a_box_of_four_numbers_is_not_turned(car):
+    assert settled(car, films.BOX[:4]).box == (*films.BOX[:4], 0)
+
+
+def test_numbers_may_be_numpy_s(car, place):
+    numbers = {"first": np.int64(1), "last": np.int32(3), "scale": np.float32(0.5)}
+    written = settled(car, films.BOX, seed=np.uint8(7), **numbers)
+    written.save(place / "x.json")
+    assert load(place / "x.json") == written
+    assert (written.first, written.last, written.seed) == (1, 3, 7)
+
+
+def test_a_file_may_begin_with_the_mark_of_utf_8(car, place):
+    settled(car, films.BOX).save(place / "x.json")
+    text = (place / "x.json").read_text()
+    (place / "x.json").write_text(text, encoding="utf-8-sig")
+    assert load(place / "x.json") == settled(car, films.BOX)
 
 
 @pytest.mark.parametrize(
