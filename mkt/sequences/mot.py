@@ -70,7 +70,7 @@ def _frame_rate(path: Path, usual: float) -> float:
     """Frames a second, as a sequence says itself, or as usual where it does not."""
     said = configparser.ConfigParser()
     try:
-        said.read(path, encoding="utf-8")
+        said.read(path, encoding="utf-8-sig")
         rate = said.getfloat("Sequence", "frameRate", fallback=usual)
     except (configparser.Error, ValueError):
         rate = 0.0

@@ -111,6 +111,8 @@ def test_the_frame_rate_is_the_one_that_the_sequence_says(tmp_path):
     said = folder / "seqinfo.ini"
     said.write_text("[Sequence]\nname=x\nframeRate=7\n")
     assert mot(folder, 7).fps == 7
+    said.write_text("[Sequence]\nframeRate=8\n", encoding="utf-8-sig")
+    assert mot(folder, 7).fps == 8
     for text in (
         "frameRate=7",
         "[Sequence]\nframeRate=fast",
