@@ -186,8 +186,8 @@ def settled(
     path = written_path(video)
     known = numbers_of(with_numbers(tracker, numbers or {}))
     sha256 = fingerprint(path)  # it refuses what the next line cannot resolve
-    video, seed = str(path.resolve()), _own(seed)
-    return Settings(video, sha256, region, tracker, known, seed, **given)
+    seed = _own(seed)
+    return Settings(str(path.resolve()), sha256, region, tracker, known, seed, **given)
 
 
 def _own(value: Any) -> Any:
