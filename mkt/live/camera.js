@@ -88,6 +88,7 @@ class Tracking {
       button("Use the camera", () => this.camera()),
       button("Open a video", () => this.picker.click()),
       button("Play the book's clip", () => this.clip()),
+      button("Stop", () => this.end()),
       this.picker,
     );
     this.begin = button("Track what is in the box", () => this.start());
@@ -113,13 +114,10 @@ class Tracking {
       this.controls.copies(false),
     );
     this.hands(place);
-    Object.assign(this, { history: [], box: null, sources: 0 });
+    this.sources = 0;
     this.controls.show();
     this.controls.read();
-    this.tell(
-      "Choose what to look at. No picture leaves this machine: " +
-        "nothing is sent, and nothing is kept.",
-    );
+    this.end();
   }
 
   tell(words) {
@@ -186,7 +184,23 @@ class Tracking {
     this.stage.redraw();
   }
 
+  // As it came: no camera, no picture.
+  end() {
+    this.sources++;
+    this.stop();
+    this.small = this.box = null;
+    this.choose();
+    this.stage.redraw();
+    this.tell(
+      "Choose what to look at. No picture leaves this machine: " +
+        "nothing is sent, and nothing is kept.",
+    );
+  }
+
   stop() {
+    this.video.pause();
+    this.video.cancelVideoFrameCallback?.(this.waiting);
+    clearTimeout(this.timer);
     this.video.srcObject?.getTracks().forEach((track) => track.stop());
     this.video.srcObject = null;
     if (this.video.src) URL.revokeObjectURL(this.video.src);
@@ -205,7 +219,6 @@ class Tracking {
     this.stage.ratio = size.height / size.width;
     this.box = null;
     this.choose();
-    clearTimeout(this.timer);
     this.next();
   }
 
@@ -216,10 +229,9 @@ class Tracking {
       this.look();
       this.next();
     };
-    if (video.requestVideoFrameCallback) {
-      if (this.waiting) video.cancelVideoFrameCallback(this.waiting);
+    if (video.requestVideoFrameCallback)
       this.waiting = video.requestVideoFrameCallback(shown);
-    } else this.timer = setTimeout(shown, 33);
+    else this.timer = setTimeout(shown, 33);
   }
 
   look() {

@@ -29,6 +29,7 @@ class Element extends EventTarget {
   append(...nodes) {
     this.children.push(...nodes);
   }
+  pause() {}
   prepend(...nodes) {
     this.children.unshift(...nodes);
   }

@@ -38,6 +38,24 @@ page.hear({ kind: "step", picture: small, ...found });
 return page.numbers.textContent;
 """
 
+STOPPED = """
+const { camera, host } = live;
+Object.assign(host, { heard() {}, keep() {}, asked: () => null });
+const place = document.createElement("div");
+place.replaceChildren = (...nodes) => place.append(...nodes);
+const page = camera(place, { postMessage() {} });
+const done = [];
+page.video = {
+  srcObject: { getTracks: () => [{ stop: () => done.push("camera off") }] },
+  pause: () => done.push("clip paused"),
+};
+Object.assign(page, { small: {}, box: [16, 12, 0, 5, 5], tracking: true });
+[...place.querySelectorAll("button")]
+  .find(({ textContent }) => textContent === "Stop")
+  .dispatchEvent(new Event("click"));
+return [done.sort(), page.small, page.box, page.tracking];
+"""
+
 
 page = fixture_of(DOCUMENT + joined("camera") + EXPORTS)
 
@@ -52,3 +70,7 @@ def test_what_was_learnt_of_an_earlier_box_is_not_tracked(page, again, sent):
 @pytest.mark.parametrize("strength, likelihood", [(1, 0.78), (20, 0.01)])
 def test_the_likelihood_is_that_of_the_lambda_that_is_set(page, strength, likelihood):
     assert f"likeness {likelihood:.2f}" in page(LIKELY, **{"lambda": strength})
+
+
+def test_stop_switches_the_camera_off_and_leaves_no_picture(page):
+    assert page(STOPPED) == [["camera off", "clip paused"], None, None, False]
