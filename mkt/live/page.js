@@ -268,16 +268,18 @@ export class Canvas {
     Object.assign(this, { ratio, draw, least });
     const again = () => this.redraw();
     const [size, theme] = [new ResizeObserver(again), new MutationObserver(again)];
-    const night = matchMedia("(prefers-color-scheme: dark)");
+    const media = ["(prefers-color-scheme: dark)", "print"].map((each) =>
+      matchMedia(each),
+    );
     size.observe(this.node);
     theme.observe(document.body, {
       attributeFilter: ["data-theme", "data-jp-theme-name"],
     });
-    night.addEventListener("change", again);
+    for (const each of media) each.addEventListener("change", again);
     this.node.addEventListener(GONE, () => {
       size.disconnect();
       theme.disconnect();
-      night.removeEventListener("change", again);
+      for (const each of media) each.removeEventListener("change", again);
     });
   }
 

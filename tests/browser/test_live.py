@@ -933,7 +933,8 @@ LINE = """canvas => {
   const size = [canvas.width, canvas.height];
   const found = canvas.getContext("2d").getImageData(0, 0, ...size).data;
   for (let i = 0; i < found.length; i += 4)
-    if (found[i] === %d && found[i + 1] === %d && found[i + 2] === %d) return true;
+    if (found[i] === %d && found[i + 1] === %d && found[i + 2] === %d && found[i + 3])
+      return true;
   return false;
 }"""
 
@@ -1033,6 +1034,34 @@ def test_live_figures_fit_and_everybody_can_use_them(opened, pictures, name):
         options={"resultTypes": ["violations"], "preload": False},
     ).response["violations"]
     assert [rule["id"] for rule in found] == []
+
+
+def test_on_paper_a_canvas_of_the_night_has_the_ink_of_the_day(opened):
+    page = opened(SURFACES)
+    page.emulate_media(color_scheme="dark")
+    curves = ready(page).locator("canvas").last
+    page.wait_for_timeout(300)
+    assert not curves.evaluate(LINE % (0, 0, 0))
+    page.emulate_media(media="print", color_scheme="dark")
+    page.wait_for_timeout(300)
+    assert curves.evaluate(LINE % (0, 0, 0))
+
+
+ENDS = """panel => Math.max(
+  ...[...panel.querySelectorAll("input, select, button")].map(
+    (each) => each.getBoundingClientRect().right,
+  ),
+)"""
+
+
+@pytest.mark.parametrize("letters", [16, 32], ids=["plain", "large"])  # [px]
+def test_controls_end_inside_their_panel_on_a_small_telephone(opened, letters):
+    page = opened(SURFACES, size={"width": 320, "height": 800})
+    page.add_style_tag(content=f"html {{ font-size: {letters}px }}")
+    panel = ready(page)
+    page.wait_for_timeout(300)
+    place = panel.bounding_box()
+    assert panel.evaluate(ENDS) < place["x"] + place["width"]
 
 
 def test_the_script_is_light():

@@ -196,6 +196,15 @@ def test_a_button_copies_the_code_of_a_cell(chapter):
     assert copied == block.locator("pre").inner_text() and copied.strip()
 
 
+def test_on_paper_nothing_lies_over_the_text(site, browser):
+    opened = Opened(browser).go(site / f"{CHAPTERS[0]}.html")
+    skip = opened.page.locator(".skip-to-content")
+    expect(skip).to_be_visible()
+    opened.page.emulate_media(media="print")
+    expect(skip).to_be_hidden()
+    opened.page.close()
+
+
 def test_the_page_lacks_nothing_and_asks_nothing_of_a_network(opened):
     assert opened.troubles == []
 
