@@ -169,6 +169,12 @@ class Histograms {
     const side = onto([gap, 0])[0] - onto([0, 0])[0] + 0.5;
     pen.textAlign = "left";
     pen.fillText("pulled back, as bright as it weighs", 4, 14);
+    const box = [
+      ...onto([-1, -1]),
+      ...[hx, hy].map((half, axis) => onto([1, 1])[axis] - onto([-1, -1])[axis]),
+    ];
+    pen.fillStyle = "#000"; // what weighs nothing
+    pen.fillRect(...box);
     for (let i = 0; i < x.length; i++) {
       const [u, v] = warp(this.place, [x[i], y[i]]).map(Math.round);
       const p = 4 * (v * photo.width + u);
@@ -180,10 +186,7 @@ class Histograms {
       pen.fillRect(left - side / 2, top - side / 2, side, side);
     }
     pen.globalAlpha = 1;
-    pen.strokeRect(
-      ...onto([-1, -1]),
-      ...[hx, hy].map((half, axis) => onto([1, 1])[axis] - onto([-1, -1])[axis]),
-    );
+    pen.strokeRect(...box);
   }
 
   barBox(width, height) {

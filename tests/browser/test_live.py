@@ -470,6 +470,16 @@ def test_a_bar_lights_its_pixels_and_a_pixel_its_bar(opened):
     page.wait_for_url("**#fig1?x=*")
 
 
+def test_what_weighs_nothing_is_black(opened):
+    panel = ready(opened(HISTOGRAMS, "#fig1"))
+    samples = panel.locator("canvas").nth(1)
+    left = """canvas => {
+      const middle = canvas.height / 2;
+      return [...canvas.getContext("2d").getImageData(9, middle, 1, 1).data];
+    }"""
+    assert samples.evaluate(left) == [0, 0, 0, 255]
+
+
 @pytest.mark.parametrize("layout, span", [("one", 1.3), ("3x3", 1.2), ("tiles", 1.0)])
 def test_figure_2_weighs_as_python_does(opened, layout, span):
     page = opened(HISTOGRAMS, f"#fig2?layout={layout}&span={span}&kernel=4")
@@ -942,6 +952,7 @@ LINE = """canvas => {
 def test_both_curves_of_the_clip_are_drawn(opened):
     page = opened(TRACK)
     page.get_by_role("button", name="Play the book's clip").click()
+    page.get_by_text("A box is drawn already").wait_for()
     page.get_by_role("button", name="Track what is in the box").click()
     page.get_by_text("frames per second").wait_for()
     page.wait_for_timeout(500)

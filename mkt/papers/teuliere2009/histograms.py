@@ -172,11 +172,16 @@ def fig2(
     """The multiple-kernel configuration.
 
     Left, centres and supports of the kernels over the object; right, the weight that
-    each kernel gives to each place, white being none. The paper draws nine kernels
-    without saying where they end: here they stay inside the object, neighbours half a
-    radius apart along its shorter side.  Tiles are the nine parts of the particle
-    filter, which have constant weight.  One kernel and the tiles fill the object at a
-    span of 1, and 2x2 at 1.25: beyond that they grow no more.
+    each kernel gives to each place, white being none.
+
+    In the page: Centres and supports of the kernels over the object, and the weight
+    that the chosen one gives to each place, the bluer the more.
+
+    The paper draws nine kernels without saying where they end: here they stay inside
+    the object, neighbours half a radius apart along its shorter side.  Tiles are the
+    nine parts of the particle filter, which have constant weight.  One kernel and the
+    tiles fill the object at a span of 1, and 2x2 at 1.25: beyond that they grow no
+    more.
     """
     clip = still(item)
     region, frame = clip.truth[0], clip.frames[0]
