@@ -31,31 +31,33 @@ from mkt.tracking import Sequence as Clip
 from mkt.tracking import Track
 from mkt.types import Array, ArrayLike, Frame, NDArray, Regions
 
-TRUTH, DESIRED, CURRENT = "black", "#cb1118", "#33b24d"
-# The trackers (1) to (5) of [T09] by their names in `mkt.trackers.by_name`: hues of
-# Okabe and Ito's palette, in five steps of lightness.
+TRUTH, DESIRED, CURRENT = "black", "#cb1118", "#00a751"
+# The trackers (1) to (5) of [T09] by their names in `mkt.trackers.by_name`: hues near
+# Okabe and Ito's palette, in five steps of lightness; the lightest is dark enough for a
+# thin line on white.
 TRACKERS = {
-    "pf-1": "#7bc8f9",
-    "ssd": "#d65b07",
-    "pf-500": "#35427c",
-    "pf-75": "#cf88b0",
-    "combined": "#137353",
+    "pf-1": "#589cc3",
+    "ssd": "#d25000",
+    "pf-500": "#052b7a",
+    "pf-75": "#693959",
+    "combined": "#007041",
 }
 # For two or three curves that are no trackers of [T09]: blue, orange, purple.
-CONTRAST = "#1e7dc1", "#e49c00", "#b60269"
-# Eight particles, each of its own colour: those of Okabe and Ito.
+CONTRAST = "#1e7dc1", "#cf8200", "#b60269"
+# Eight particles, each of its own colour: those of Okabe and Ito, the blue a little
+# lighter, since black letters lie on it.
 EIGHT = (
     "#e69f00",
     "#56b4e9",
     "#009e73",
     "#f0e442",
-    "#0072b2",
+    "#0080c4",
     "#d55e00",
     "#cc79a7",
     "#999999",
 )
 # And four more, for the twelve of resampling.
-TWELVE = (*EIGHT, "#6a3d9a", "#8c510a", "#fb9a99", "#b2df8a")
+TWELVE = (*EIGHT, "#9a6fcf", "#a8712c", "#fb9a99", "#b2df8a")
 DASHES = "-", "--", "-.", ":"
 SURFACE = "viridis"
 

@@ -11,7 +11,7 @@ from mkt.figures.registry import FIGURES
 from mkt.papers.cordoba2014 import printed
 from mkt.papers.lessons import benchmark, servoing
 from mkt.papers.nummiaro2003 import sequences, steps
-from mkt.plotting import CONTRAST, CURRENT, DESIRED, TRACKERS, TRUTH
+from mkt.plotting import CONTRAST, CURRENT, DESIRED, TRACKERS, TRUTH, TWELVE
 from mkt.trackers import by_name
 
 DIFFERENT = 20  # in CIE Lab: about nine just noticeable differences of colour
@@ -48,14 +48,18 @@ SHARED = {  # colours that are drawn in one axes
 each = pytest.mark.parametrize("colors", SHARED.values(), ids=SHARED)
 
 
+def linear(colors):
+    """Colours as linear RGB (n, 3)."""
+    rgb = np.array([to_rgb(color) for color in colors])
+    return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+
+
 def seen(colors, matrix):
     """Colours as CIE Lab (n, 3), as somebody sees them with such eyes.
 
     The matrix (3, 3) is what these do to linear RGB.
     """
-    rgb = np.array([to_rgb(color) for color in colors])
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    changed = np.clip(linear @ np.transpose(matrix), 0, 1)
+    changed = np.clip(linear(colors) @ np.transpose(matrix), 0, 1)
     bright = 1.055 * changed ** (1 / 2.4) - 0.055
     return rgb2lab(np.where(changed <= 0.0031308, 12.92 * changed, bright)[None])[0]
 
@@ -71,6 +75,22 @@ def test_colours_of_one_axes_differ_whoever_looks(colors, matrix):
 def test_colours_of_one_axes_differ_in_grey_print(colors):
     lightness = np.sort(seen(colors, BLINDNESS["none"])[:, 0])
     assert np.diff(lightness).min() >= LIGHTER
+
+
+@each
+def test_a_thin_line_on_white_can_be_seen(colors):
+    assert min(contrast(color, "white") for color in colors) >= 3
+
+
+def test_black_letters_can_be_read_on_each_particle():
+    assert min(contrast(color, "black") for color in TWELVE) >= 4.5
+
+
+def contrast(color, other):
+    """The ratio of two colours' luminances, as the guidelines of accessibility ask."""
+    weights = 0.2126, 0.7152, 0.0722
+    low, high = sorted(linear([color, other]) @ weights + 0.05)
+    return high / low
 
 
 def test_the_simulation_keeps_grey_and_confuses_red_with_green():

@@ -48,7 +48,7 @@ const WORDS = [
 ];
 const [REACH, PLACES] = [40, 81]; // [px] of the likelihood along x, and its places
 const CLOSE = 34; // [px] round the crowd that are shown: no car is cut
-const [CROWD, GREEN, BLUE] = ["#e49c00", "#33b24d", "#1e7dc1"];
+const [CROWD, GREEN, BLUE] = ["#cf8200", "#00a751", "#1e7dc1"];
 const [GREY, DEAD] = ["#888", "#555"];
 
 function upright(pen, x, from, to, color) {

@@ -7,7 +7,7 @@ import { axes, button, Canvas, Controls, el, outline } from "./page.js";
 const LARGEST = 320; // [px] a side of the picture that is tracked
 const KEPT = 150; // frames of the curves
 const LOWEST = 110; // [px] of a curve, on a narrow screen
-const [BOX, FOUND, LOST] = ["#e49c00", "#33b24d", "#cb1118"];
+const [BOX, FOUND, LOST] = ["#cf8200", "#00a751", "#cb1118"];
 const REFUSED = {
   NotAllowedError: "The camera was refused",
   NotFoundError: "No camera was found",

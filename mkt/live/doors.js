@@ -17,7 +17,7 @@ import {
   takeOver,
 } from "./page.js";
 
-const [WAITING, APPEARS, STUDENT, DOOR] = ["#fff", "#d62728", "#009e73", "#e49c00"];
+const [WAITING, APPEARS, STUDENT, DOOR] = ["#fff", "#d62728", "#009e73", "#cf8200"];
 const REACH = 2; // spreads of a door, as far as it is drawn
 const [RUG, GAP] = [10, 8]; // [px] of a sample's mark below the histogram, and over it
 const BARS = "#999";

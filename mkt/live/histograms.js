@@ -16,7 +16,7 @@ import { load } from "./host.js";
 import { axes, Canvas, Controls, el, number, outline, takeOver } from "./page.js";
 
 const NEAR = 12; // [px] from a bar, to have meant it
-const GREEN = "#33b24d";
+const GREEN = "#00a751";
 
 class Histograms {
   constructor(panel, name, { fields, colors, highest }) {

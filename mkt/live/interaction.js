@@ -6,7 +6,7 @@ import { bitmap, Canvas, Controls, el, outline, takeOver, write } from "./page.j
 import { motions } from "./servoing.js";
 import { drawTable } from "./table.js";
 
-const [CURRENT, INK] = ["#33b24d", "#000"];
+const [CURRENT, INK] = ["#00a751", "#000"];
 const [HEAD, FOOT, LINE] = [20, 36, 15]; // [px] above and below a view, of a line
 const LEAST = 175; // [px] of the height of a view with its words
 const TIP = 7; // [px] of an arrow

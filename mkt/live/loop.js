@@ -8,7 +8,7 @@ const RATIOS = { off: 0, raw: Infinity, Kalman: 1 }; // Q / R of the filters
 const [MOST, STEPS] = [10, 101]; // [1/s] gains of the locus, and how many
 const [REAL, IMAGINARY] = [1.9, 1.6]; // the plane's halves
 const [SECONDS, SPEED, LEAST] = [18, 5, 16]; // [s], [cm/s], [cm] of the errors shown
-const [ORANGE, GREEN, GREY] = ["#e49c00", "#33b24d", "#888"];
+const [ORANGE, GREEN, GREY] = ["#cf8200", "#00a751", "#888"];
 
 // A target that sets off, turns back and stops [cm/s].
 const speedAt = (t) => SPEED * ((t >= 1) - 2 * (t >= 8) + (t >= 12));

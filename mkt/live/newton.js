@@ -34,7 +34,7 @@ import {
 const STEPS = 10;
 const FOUND = 0.8; // overlap with the truth beyond which a start led home
 const CELLS = 25; // of the basin, a side
-const [ORANGE, GREEN, BLUE] = ["#d65b07", "#33b24d", "#1e7dc1"];
+const [ORANGE, GREEN, BLUE] = ["#d25000", "#00a751", "#1e7dc1"];
 const [REACH, TURN] = [64, 80]; // [px], [deg]: the ends of the sliders and of the basin
 
 class Newton {

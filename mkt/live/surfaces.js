@@ -37,7 +37,7 @@ const RED = "#cb1118";
 
 // Figure 3: one kernel and several, in one frame.
 const TWO_LAYOUTS = {
-  colors: ["#e49c00", "#1e7dc1"],
+  colors: ["#cf8200", "#1e7dc1"],
   async fields({ fields }) {
     const span = { ...fields.span, step: 0.01 };
     return { ...fields, span, extent: { ...fields.extent, step: 1 } };

@@ -40,7 +40,7 @@ LOOP, SUCCESS, TRACK = "08_closing_the_loop", "14_fair_benchmark", "track"
 WAITING, SEARCHES = "10_color_particle_filter", "13_hybrid_resampling"
 FINDING = "11_losing_and_finding"
 LIVE = {name: entry for name, entry in FIGURES.items() if entry.live}
-BOX = (0xE4, 0x9C, 0x00)  # of mkt/live/camera.js
+BOX = (0xCF, 0x82, 0x00)  # of mkt/live/camera.js
 PATIENCE = 300  # times 200 ms for sixty frames of the camera
 CLOSE = 6e-4  # pages say three places
 NUMBERS = re.compile(r"distance ([\d.]+) for one kernel, ([\d.]+) for")
@@ -956,7 +956,7 @@ def test_both_curves_of_the_clip_are_drawn(opened):
     page.get_by_role("button", name="Track what is in the box").click()
     page.get_by_text("frames per second").wait_for()
     page.wait_for_timeout(500)
-    for name, color in (("N_eff", (30, 125, 193)), ("likeness", (51, 178, 77))):
+    for name, color in (("N_eff", (30, 125, 193)), ("likeness", (0, 167, 81))):
         assert page.locator(f"canvas[aria-label^='{name}']").evaluate(LINE % color)
 
 

@@ -11,7 +11,7 @@ from mkt.papers.lessons.benchmark import styles
 from mkt.plotting import TRUTH
 from mkt.trackers.by_name import quick
 from tests.live.conftest import DOCUMENT, fixture_of
-from tests.test_palette import BLINDNESS, DIFFERENT, seen
+from tests.test_palette import BLINDNESS, DIFFERENT, contrast, seen
 
 EXPORTS = """
 export const { Canvas, Controls, legible, write } = page_js, { host } = host_js;
@@ -185,6 +185,8 @@ def test_curves_by_night_are_bright_and_differ_as_they_do_by_day(page):
     found = [night(color) for color in page(body, colors=colors)]
     lab = seen(["#d1d1d1", *found], BLINDNESS["none"])
     assert lab[:, 0].min() > 45
+    ground = "#1a1c1e"  # of a panel by night
+    assert min(contrast(color, ground) for color in found) >= 3
     assert min(np.linalg.norm(a - b) for a, b in combinations(lab, 2)) > DIFFERENT
 
 

@@ -47,7 +47,7 @@ RUNS = 2  # of figures 9 and 10; they differ in the tracker's random numbers
 PATHS = 5  # runs of figure 4: with one, luck alone says whether both are followed
 PRINTED = 25  # frames from one ellipse of figure 4 to the next
 LEARNT = 10  # frames from one look at the model to the next
-WITH, WITHOUT = "#00986f", "#db88b6"
+WITH, WITHOUT = "#008862", "#d275aa"
 PAPER = Adaptive()
 
 
