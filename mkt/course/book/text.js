@@ -1,22 +1,25 @@
 // What the text of a page needs: a button on each cell of code that copies it, a word
 // under what is wider than the page, and its own line of the contents in view.
 
+const COPY = "copy";
 const WIDE = ".mkt-scroll, .mkt-formula, .cell_output, .table-wrapper";
 
 function copies(block) {
   const button = document.createElement("button");
   button.type = "button";
   button.className = "mkt-copy";
-  button.textContent = "copy";
-  button.setAttribute("aria-label", "copy this code");
+  const says = (words) => (button.textContent = words);
+  says(COPY);
+  button.setAttribute("aria-live", "polite"); // or what it says then is not read out
   button.addEventListener("click", async () => {
     try {
       await navigator.clipboard.writeText(block.querySelector("pre").textContent);
-      button.textContent = "copied";
+      says("copied");
     } catch {
       getSelection().selectAllChildren(block.querySelector("pre"));
-      button.textContent = "selected"; // to be copied by hand
+      says("selected"); // to be copied by hand
     }
+    setTimeout(says, 2000, COPY);
   });
   block.append(button);
 }
