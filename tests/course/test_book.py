@@ -493,7 +493,8 @@ def test_a_figure_is_drawn_once_and_alone_when_it_changes(nothing_known, monkeyp
 def test_the_film_of_the_first_page_keeps_its_colours(nothing_known, monkeypatch):
     drawn = [Image.new("RGB", (64, 48), (80 * k, 60, 20)) for k in range(3)]
     monkeypatch.setattr(export, "moving", lambda *_: iter(drawn))
-    (content,) = pictures.film().values()
+    made = pictures.film()
+    content = made[pictures.FILM]
     with Image.open(io.BytesIO(content)) as film:
         shown = [each.convert("RGB") for each in ImageSequence.Iterator(film)]
         assert film.info["duration"] == export.MOVING_MS
@@ -501,7 +502,16 @@ def test_the_film_of_the_first_page_keeps_its_colours(nothing_known, monkeypatch
     for there, before in zip(shown, drawn, strict=True):
         assert np.abs(np.subtract(there, before, dtype=float)).mean() < 6
     monkeypatch.setattr(export, "moving", None)
-    assert list(pictures.film().values()) == [content]  # it is known
+    assert pictures.film() == made  # it is known
+
+
+def test_who_wants_no_motion_sees_the_film_stand_still(nothing_known, monkeypatch):
+    monkeypatch.setattr(export, "moving", lambda *_: iter([Image.new("RGB", (64, 48))]))
+    made = pictures.film()
+    with Image.open(io.BytesIO(made[pictures.STILL])) as still:
+        assert still.n_frames == 1 and still.width > 64
+    page = pages.first(contents.read(), [])
+    assert f'reduce)" srcset="{pages.FILES}/{pictures.STILL}"' in page
 
 
 # Pages

@@ -61,15 +61,12 @@ class Book:
     title : str
     description : str
         In Markdown.
-    cover : str
-        Name of the figure on the first page.
     chapters : tuple of Chapter
         In the order in which they are read.
     """
 
     title: str
     description: str
-    cover: str
     chapters: tuple[Chapter, ...]
 
     @property
@@ -104,7 +101,6 @@ def _book(table: dict[str, Any], notebooks: Path) -> Book:
     return Book(
         title=table["title"],
         description=table["description"].strip(),
-        cover=table["cover"],
         chapters=tuple(_chapter(entry, notebooks) for entry in table["chapter"]),
     )
 
@@ -134,7 +130,7 @@ def _figure_troubles(book: Book) -> Iterator[str]:
     """What is wrong with the names of figures: unknown, forgotten, or there twice."""
     known = list(FIGURES)
     named = [name for chapter in book.chapters for name in chapter.figures]
-    for name in dict.fromkeys([*named, book.cover]):
+    for name in dict.fromkeys(named):
         if name not in known:
             yield f"unknown figure {name}; there are {', '.join(known)}"
     for name in known:

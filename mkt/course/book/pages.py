@@ -147,14 +147,13 @@ def configuration(book: Book) -> str:
 
 def first(book: Book, verdicts: list[str]) -> str:
     """index.md: what the book is, how the claims came out, its chapters."""
-    where = next(chapter for chapter in book.chapters if book.cover in chapter.figures)
     return _filled(
         "index.md",
         book=book,
-        cover=_card(FIGURES[book.cover], where),
         counts=[(verdict, verdicts.count(verdict)) for verdict in BADGES],
         files=FILES,
         film=f"{FILES}/{pictures.FILM}",
+        still=f"{FILES}/{pictures.STILL}",
         version=mkt.__version__,
     )
 

@@ -7,6 +7,7 @@ that changed is drawn anew by itself.
 import io
 import warnings
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -26,8 +27,8 @@ DRAWN = {
     for ending in (".avif", ".pdf", ".csv")
 }
 # The film of the first page, as large as the page, with all colours: data/tracked.gif
-# shows the same, of few colours.
-FILM = "tracked.avif"
+# shows the same, of few colours. And one picture of it, for those who want no motion.
+FILM, STILL = "tracked.avif", "tracked-still.avif"
 RUN, SETTINGS, FILM_DPI = "own.run", {"tracker": "pf-75"}, 76
 MOVING = {"quality": 55, "speed": 8, "duration": export.MOVING_MS, "loop": 0}
 
@@ -53,10 +54,15 @@ def drawn() -> dict[str, bytes]:
 
 
 def film() -> dict[str, bytes]:
-    """{file name: content} of the film of the first page."""
+    """{file name: content} of the film of the first page, and of a picture of it."""
     entry = FIGURES[RUN]
-    known = depends.of_picture(entry, SETTINGS, FILM_DPI, MOVING)
-    return {FILM: DRAWN[".avif"].kept(known, lambda: _filmed(entry))}
+    makers = {FILM: (MOVING, _filmed), STILL: (AVIF, _still)}
+    return {
+        name: DRAWN[".avif"].kept(
+            depends.of_picture(entry, SETTINGS, FILM_DPI, how), partial(make, entry)
+        )
+        for name, (how, make) in makers.items()
+    }
 
 
 def _filmed(entry: Entry) -> bytes:
@@ -65,6 +71,12 @@ def _filmed(entry: Entry) -> bytes:
     made = io.BytesIO()
     first.save(made, "AVIF", save_all=True, append_images=others, **MOVING)
     return made.getvalue()
+
+
+def _still(entry: Entry) -> bytes:
+    """The figure as it is without anybody moving it."""
+    fig, _ = entry.draw(FILM_DPI, **SETTINGS)
+    return encoded(fig, ".avif", *AVIF)
 
 
 def _kept(key: str) -> dict[str, bytes] | None:

@@ -268,8 +268,8 @@ def plane_in_space(fig: Figure) -> None:
     ax.set(xlim=(-2, width + 2), ylim=(height + 2, -2), aspect="equal")
     ax.set_axis_off()
     ax.text(10, 22, "a homography: it fits", color=BLUE, va="center")
-    words = "the best rectangle: it does not"
-    ax.text(10, 222, words, color=DESIRED, va="center")
+    words = "the best rectangle:\nit does not"
+    ax.text(10, 234, words, color=DESIRED, va="bottom")
     fig.text(0.51, 0.53, "$H$", size=13, **MIDDLE)
     fig.add_artist(_over(0.47, 0.55, 0.45))
 
