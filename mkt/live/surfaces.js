@@ -40,7 +40,8 @@ const TWO_LAYOUTS = {
   colors: ["#cf8200", "#1e7dc1"],
   async fields({ fields }) {
     const span = { ...fields.span, step: 0.01 };
-    return { ...fields, span, extent: { ...fields.extent, step: 1 } };
+    const extent = { ...fields.extent, step: 1, title: "extent [px]" };
+    return { ...fields, span, extent };
   },
   pairs({ layout, span }, { region, images }) {
     const single = Math.min(span, 1);
@@ -67,7 +68,8 @@ const TWO_FRAMES = {
   async fields({ fields }) {
     this.ground = await pixels((await load("workshop")).picture);
     const exposure = { ...fields.exposure, step: 0.01 };
-    return { ...fields, exposure, speed: { ...fields.speed, step: 1 } };
+    const speed = { ...fields.speed, step: 1, title: "speed [px a frame]" };
+    return { ...fields, exposure, speed };
   },
   async pairs({ layout, item, exposure, speed }, object) {
     const { region, images } = object;
