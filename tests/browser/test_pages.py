@@ -185,6 +185,14 @@ def test_the_contents_beside_a_page_show_its_own_line(site, browser):
     opened.page.close()
 
 
+def test_the_search_finds_a_greek_letter(site, browser):
+    opened = Opened(browser)
+    opened.page.goto(f"{(site / 'search.html').as_uri()}?q=λ")
+    found = opened.page.locator("#search-results")
+    expect(found.get_by_role("link", name="Symbols", exact=True)).to_be_visible()
+    opened.page.close()
+
+
 def test_a_button_copies_the_code_of_a_cell(chapter):
     chapter.page.set_viewport_size(WIDE)
     chapter.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
