@@ -1,5 +1,6 @@
 """Colour-blind readers and grey print can tell curves that share an axes apart."""
 
+import re
 from itertools import combinations
 
 import numpy as np
@@ -8,6 +9,7 @@ from matplotlib.colors import to_rgb
 from skimage.color import rgb2lab
 
 from mkt.figures.registry import FIGURES
+from mkt.files import PACKAGE
 from mkt.papers.cordoba2014 import printed
 from mkt.papers.lessons import benchmark, servoing
 from mkt.papers.nummiaro2003 import sequences, steps
@@ -122,3 +124,14 @@ def test_where_colours_return_the_dashes_differ():
             if not line.get_label().startswith("_")
         ]
         assert len(set(drawn)) == len(drawn) > 2
+
+
+def test_pages_draw_in_the_colours_of_python():
+    """Or a curve would change its colour where somebody moves it."""
+    pages, python = _colors_of("live/*.js"), _colors_of("**/*.py")
+    assert pages and pages <= python
+
+
+def _colors_of(files):
+    text = "".join(path.read_text("utf-8") for path in PACKAGE.glob(files))
+    return set(re.findall(r'"(#[0-9a-f]{6})"', text))
