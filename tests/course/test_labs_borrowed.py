@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from mkt.course.labs import grading
 from mkt.course.labs.borrowed import borrowed
 from mkt.course.labs.notebooks import labs, name, released
+from tests.course.toy_lab import GOOD, answer, graded, hand_in
 
 LABS = labs()
 KNOWN = Path(__file__).parent / "labs"
@@ -41,3 +43,11 @@ def test_nobody_else_is_named(title):
     known = tomllib.loads((KNOWN / f"{title}.toml").read_text(encoding="utf-8"))
     for right in known["right"]:
         assert borrowed(lab, solved(title, right["cell"], right["code"])) == []
+
+
+@pytest.mark.slow
+def test_the_note_of_a_row_has_it(toy, monkeypatch):
+    monkeypatch.setattr(grading, "borrowed", lambda lab, notebook: ["add: calls it"])
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    row = graded(toy / "submitted", toy / "grades.csv")["ada"]
+    assert "add: calls it" in row["note"].splitlines()
