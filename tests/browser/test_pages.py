@@ -3,14 +3,19 @@
 Its pages load, fit, move, play, and can be read by everybody.
 """
 
+import base64
+import io
 import random
 from functools import partial
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from PIL import Image
 from playwright.sync_api import expect
 
 from mkt.course.book import contents, pages
+from mkt.course.book.pictures import FILM
+from mkt.figures import export
 from mkt.figures.film import BAR
 from tests.browser.jupyterlab import PLAYED
 from tests.lot import DAY
@@ -52,6 +57,14 @@ BY_TURNS = list(zip((NARROW, WIDE), (SCHEMES * 2)[DAY % 2 :], strict=False))
 LETTERS = 0.9  # of a drawing's own size: those of 9 pt are then 9 px
 LOCAL = "file:", "data:", "blob:"
 FITS = "({ parentNode }) => parentNode.scrollWidth <= innerWidth"
+# How often a moving picture begins again.
+BEGINS_AGAIN = """async (content) => {
+  const data = Uint8Array.from(atob(content), (one) => one.charCodeAt(0));
+  const decoder = new ImageDecoder({ data, type: "image/avif" });
+  await decoder.tracks.ready;
+  const { animated, repetitionCount } = decoder.tracks.selectedTrack;
+  return [animated, repetitionCount];
+}"""
 # Where a film ends at the right [px], and what of it is below its pictures.
 ROUND_A_FILM = """async (film) => {
   await film.play();
@@ -299,6 +312,16 @@ def test_every_film_plays(site, browser):
         films = [film.evaluate(PLAYED) for film in page.locator("video").all()]
         page.close()
         assert all(after > before for before, after in films)
+
+
+def test_the_first_page_moves_for_less_than_five_seconds_by_itself(site, browser):
+    """What begins by itself and goes on needs a way to stop it (WCAG 2.2.2)."""
+    content = (site / pages.FILES / FILM).read_bytes()
+    page = Opened(browser).go(site / "index.html").page
+    assert page.evaluate(BEGINS_AGAIN, base64.b64encode(content).decode()) == [True, 0]
+    page.close()
+    with Image.open(io.BytesIO(content)) as film:
+        assert film.n_frames * export.MOVING_MS < 5000
 
 
 def test_a_film_is_whole_on_a_phone_and_its_bar_lies_below_the_pictures(site, browser):

@@ -506,7 +506,8 @@ def test_the_film_of_the_first_page_keeps_its_colours(nothing_known, monkeypatch
 
 
 def test_who_wants_no_motion_sees_the_film_stand_still(nothing_known, monkeypatch):
-    monkeypatch.setattr(export, "moving", lambda *_: iter([Image.new("RGB", (64, 48))]))
+    two = [Image.new("RGB", (64, 48), colour) for colour in ("black", "white")]
+    monkeypatch.setattr(export, "moving", lambda *_: iter(two))
     made = pictures.film()
     with Image.open(io.BytesIO(made[pictures.STILL])) as still:
         assert still.n_frames == 1 and still.width > 64

@@ -30,7 +30,7 @@ DRAWN = {
 # shows the same, of few colours. And one picture of it, for those who want no motion.
 FILM, STILL = "tracked.avif", "tracked-still.avif"
 RUN, SETTINGS, FILM_DPI = "own.run", {"tracker": "pf-75"}, 76
-MOVING = {"quality": 55, "speed": 8, "duration": export.MOVING_MS, "loop": 0}
+MOVING = {"quality": 55, "speed": 8, "duration": export.MOVING_MS}
 
 
 def drawn() -> dict[str, bytes]:
@@ -70,7 +70,17 @@ def _filmed(entry: Entry) -> bytes:
     first, *others = export.moving(entry, SETTINGS, FILM_DPI)
     made = io.BytesIO()
     first.save(made, "AVIF", save_all=True, append_images=others, **MOVING)
-    return made.getvalue()
+    return _once(made.getvalue())
+
+
+def _once(film: bytes) -> bytes:
+    """An AVIF that stops at its last picture: one that goes on disturbs a reader.
+
+    Pillow always asks for repetition, by the flag of the edit list (ISO 14496-12, 8.6.6
+    and its amendment: 4 letters, 1 byte of version, 3 of flags).
+    """
+    flag = film.index(b"elst") + 7
+    return film[:flag] + b"\0" + film[flag + 1 :]
 
 
 def _still(entry: Entry) -> bytes:
