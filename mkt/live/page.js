@@ -338,7 +338,8 @@ export class Canvas {
     );
   }
 
-  // Arrow keys: steps [right, down], with the event for its modifiers.
+  // Arrow keys: steps [right, down], with the event for its modifiers. A picture has no
+  // keys to those who hear the page, an application does.
   keyed(step) {
     const ways = {
       ArrowLeft: [-1, 0],
@@ -346,7 +347,7 @@ export class Canvas {
       ArrowUp: [0, -1],
       ArrowDown: [0, 1],
     };
-    this.node.tabIndex = 0;
+    Object.assign(this.node, { tabIndex: 0, role: "application" });
     this.node.addEventListener("keydown", (event) => {
       // With one of these it is a shortcut, such as Alt and left: back.
       if (!ways[event.key] || event.altKey || event.ctrlKey || event.metaKey) return;

@@ -11,6 +11,7 @@ import cv2
 import matplotlib
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 
 from mkt.colors import ColorBins
 from mkt.course.book import live, security
@@ -147,6 +148,7 @@ def test_hands_and_keys_move_figure_3_and_the_link_follows(opened):
     panel = ready(page)
     at_rest = said(panel)
     frame, several = panel.locator("canvas").first, panel.locator("canvas").nth(2)
+    expect(frame).to_have_role("application")  # a picture has no keys
     frame.press("ArrowRight")
     frame.press("ArrowDown")
     assert "x = 1 px, rotation = 2 degrees" in panel.inner_text()
