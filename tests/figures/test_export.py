@@ -1,6 +1,7 @@
 """Files of figures: the table is what is shown, and each says how it came about."""
 
 import io
+from itertools import islice
 
 import cv2
 import numpy as np
@@ -11,6 +12,8 @@ from PIL import Image, PdfParser
 import mkt
 from mkt.figures import export, light_pdf
 from mkt.figures.registry import FIGURES, Shown, figure, grid_columns, shown
+from mkt.files import DATA
+from tests.lot import DAY
 
 FIGURE = "teuliere2009.fig2"
 FACTS = (
@@ -148,3 +151,14 @@ def test_a_figure_with_a_slider_of_frames_becomes_a_moving_picture(tmp_path):
     with pytest.raises(ValueError, match=r"frame=3: a .gif moves over 'frame'; leave"):
         export.write(FIGURES["toy.moving"], tmp_path / "y.gif", {"frame": 3})
     assert not (tmp_path / "y.gif").exists()
+
+
+def test_the_film_of_the_readme_is_what_its_command_draws_today():
+    """One picture of it by lot, as far as 32 colours can show it."""
+    k = DAY % 8
+    drawn = export.moving(FIGURES["own.run"], {"tracker": "pf-75"}, export.MOVING_DPI)
+    today = next(islice(drawn, k, None))
+    with Image.open(DATA / "tracked.gif") as film:
+        film.seek(k)
+        off = np.subtract(film.convert("RGB"), today, dtype=float)
+    assert np.abs(off).mean() < 4.3
