@@ -32,7 +32,8 @@ OWN |= {"adaptive": (WITH, "-.")}
 OTHERS = [(color, dash) for dash in DASHES[2:] for color in CONTRAST]
 SCENES = ("look-alike", "occlusion")
 # Rows of truth in BoBoT; the first is where a tracker starts.
-LENGTHS = {"A": 602, "B": 629, "F": 453, "G": 716, "I": 1017}
+LENGTHS = {"A": 602, "B": 629, "C": 404, "D": 947}
+LENGTHS |= {"E": 305, "F": 453, "G": 716, "I": 1017}
 FRAMES = np.arange(200, 1101)
 POSSIBLE, IMPOSSIBLE = "#d62728", "0.7"  # numbers of frames
 WRONG = "#d62728"
