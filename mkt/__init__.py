@@ -108,7 +108,7 @@ occluded environments.  2014.
 import importlib
 import time
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 BEGUN = time.time()  # code that is written later is not what runs
 
 _PUBLIC = {

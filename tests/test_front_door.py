@@ -1,6 +1,8 @@
 """The package's own names: `import mkt` loads nothing, and each name what it needs."""
 
+import datetime
 import importlib
+import re
 import subprocess
 import sys
 from types import ModuleType
@@ -117,3 +119,20 @@ def test_wings_and_modules_resolve(name):
 def test_nobody_can_write_to_what_is_computed_once(array):
     with pytest.raises(ValueError, match="read-only"):
         array[...] = 0
+
+
+def test_every_file_that_is_cited_names_one_version_and_its_day():
+    """What is not released yet stands above it, and is of no version."""
+    text = {
+        name: (ROOT / name).read_text(encoding="utf-8")
+        for name in ("CHANGELOG.md", "CITATION.cff", "README.md", "paper.bib")
+    }
+    headings = re.findall(r"^## (.*)$", text["CHANGELOG.md"], re.MULTILINE)
+    released = [each for each in headings if each != "Not yet released"]
+    version, day = released[0].split(", ")
+    assert version == mkt.__version__
+    date = datetime.datetime.strptime(day, "%d %B %Y").date()
+    assert f'version: {version}\ndate-released: "{date}"\n' in text["CITATION.cff"]
+    assert f"This is version {version} of {day};" in text["README.md"]
+    cited = f"version = {{{version}}},\n  year    = {{{date.year}}}"
+    assert cited in text["README.md"] and cited in text["paper.bib"]
