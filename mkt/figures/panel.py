@@ -204,8 +204,8 @@ def _control(entry: Entry, name: str) -> ipywidgets.Widget:
         "description": marked(title(name)),
         "description_allow_html": True,
         "tooltip": WORDS.get(name, name),
-        "style": {"description_width": "7em"},
-        "layout": {"width": "24em"},
+        "style": {"description_width": "9em"},
+        "layout": {"width": "26em"},
     }
     values = entry.values(name)
     if isinstance(entry.sliders[name], list):

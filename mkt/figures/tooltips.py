@@ -3,6 +3,8 @@
 A name means the same in all figures; a caption says what is special in its figure.
 """
 
+import re
+
 # Names of parameters that a reader who does not program would stumble over; commands,
 # files and links keep the parameters' own.
 TITLES = {
@@ -29,7 +31,7 @@ WORDS = {
     "count": "bins of each channel",
     "counted": "what each cell counts",
     "covered": "the share of the target that something hides",
-    "delay": "frames from the exposure to the command",
+    "delay": "how long from the exposure to the command [frames]",
     "derivative_of_c": "whether the step also takes in how the kernels' sum changes",
     "dof": "how many of its six velocities the camera may use",
     "dx": "how far the start is displaced to the right [px]",
@@ -86,11 +88,11 @@ WORDS = {
     "t_lim": "the overlap above which a frame is a hit",
     "talking": "whether the two cameras tell one another what they see",
     "threshold": "what must be exceeded before the model learns, or the optimiser runs",
-    "tilt": "how far the plane leans away from the camera [degrees]",
+    "tilt": "how far the plane leans away from the camera [deg]",
     "top": "the upper edge of the box, as a share of the picture",
     "tracker": "who follows the target",
     "tree": "the width of the tree [px]",
-    "turn": "clockwise rotation [degrees]",
+    "turn": "clockwise rotation [deg]",
     "turned": "how far the object has turned",
     "van": "what becomes of it: it takes other colours, it turns, or neither",
     "wall": "where the middle of the wall is [px]",
@@ -100,6 +102,10 @@ WORDS = {
 }
 
 
+UNIT = re.compile(r" \[[^]]+\]$")  # at the end of the words
+
+
 def title(name: str) -> str:
-    """What the control of a parameter is called."""
-    return TITLES.get(name, name)
+    """What the control of a parameter is called, with its unit if it has one."""
+    unit = UNIT.search(WORDS.get(name, ""))
+    return TITLES.get(name, name) + (unit[0] if unit else "")

@@ -64,11 +64,11 @@ class Approach {
       title,
     });
     const each = {
-      gain: { ...gain, title: "gain [1/s]" },
+      gain,
       fps,
-      delay: { ...delay, title: "delay [frames]" },
+      delay,
       dof,
-      turn: { ...turn, title: "turn [deg]" },
+      turn,
       right: side("start: right [m]", 0.05),
       down: side("start: down [m]", -0.06),
     };

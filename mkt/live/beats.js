@@ -73,7 +73,7 @@ class Beats {
       noise,
       lam,
       scheme,
-      wall: { ...wall, title: "wall [px]" },
+      wall,
       pace: {
         low: 0.5,
         high: 20,

@@ -22,8 +22,7 @@ class Chance {
   constructor(panel, name, { fields, wait, highest, margin, compared, colors }) {
     const range = [-margin, highest + margin];
     Object.assign(this, { wait, highest, range, compared, colors });
-    const epsilon = { ...fields.epsilon, title: "epsilon [%]" };
-    const free = { ...fields, epsilon, b: { ...fields.b, step: 0.01 } };
+    const free = { ...fields, b: { ...fields.b, step: 0.01 } };
     this.controls = new Controls(name, free, () => this.follow());
     this.counts = new Canvas("", 0.75, (...pen) => this.drawCounts(...pen), 260);
     this.waits = new Canvas("", 0.75, (...pen) => this.drawWaits(...pen), 260);

@@ -44,12 +44,7 @@ class Interaction {
   constructor(panel, name, data, picture) {
     Object.assign(this, data, { picture });
     const { x, y, turn, scale } = data.fields;
-    const each = {
-      x: { ...x, title: "x [px]" },
-      y: { ...y, title: "y [px]" },
-      turn: { ...turn, title: "turn [deg]" },
-      scale,
-    };
+    const each = { x, y, turn, scale };
     this.controls = new Controls(name, each, () => this.follow());
     this.views = PAIRS.map((k) => {
       const view = new Canvas("", 0.86, (...pen) => this.drawView(k, ...pen), LEAST);

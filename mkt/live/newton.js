@@ -42,8 +42,8 @@ class Newton {
     this.taken = 0;
     const { dx, turn, scale, layout, span, derivative_of_c } = fields;
     const free = {
-      dx: { ...dx, low: -REACH, high: REACH, step: 1, title: "dx [px]" },
-      turn: { ...turn, low: -TURN, high: TURN, step: 1, title: "turn [deg]" },
+      dx: { ...dx, low: -REACH, high: REACH, step: 1 },
+      turn: { ...turn, low: -TURN, high: TURN, step: 1 },
       scale: { ...scale, step: 0.05 },
       layout,
       span: { ...span, step: 0.05 },

@@ -40,7 +40,7 @@ const TWO_LAYOUTS = {
   colors: ["#cf8200", "#1e7dc1"],
   async fields({ fields }) {
     const span = { ...fields.span, step: 0.01 };
-    const extent = { ...fields.extent, step: 1, title: "extent [px]" };
+    const extent = { ...fields.extent, step: 1 };
     return { ...fields, span, extent };
   },
   pairs({ layout, span }, { region, images }) {

@@ -4,7 +4,7 @@ import nbformat
 import pytest
 from nbformat.v4 import new_code_cell, new_notebook
 
-from mkt.figures.tooltips import WORDS
+from mkt.figures.tooltips import WORDS, title
 from tests.browser import jupyterlab
 from tests.own_video import films
 
@@ -41,7 +41,7 @@ def test_a_number_typed_beside_a_slider_counts_at_the_nearest_step(
     opened, name, typed, shown
 ):
     [figure] = opened.figures()
-    control = {one.name: one for one in jupyterlab.controls(figure)}[name]
+    control = {one.name: one for one in jupyterlab.controls(figure)}[title(name)]
     before = control.picture()
     number = control._box.locator(".widget-readout")
     number.click()

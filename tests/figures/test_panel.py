@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from mkt.figures import explore, show
 from mkt.figures import panel as panels
 from mkt.figures import static_panel as page
+from mkt.figures.live import fields
 from mkt.figures.registry import FIGURES, figure, listener, shown
 from mkt.figures.tooltips import WORDS, title
 from mkt.scenes.drawn import Drawn
@@ -98,6 +99,12 @@ def test_every_control_of_every_figure_says_in_words_what_it_does():
     }
     assert not unknown
     assert explore("own.basin")._controls["turn"].tooltip == WORDS["turn"]
+
+
+def test_a_slider_has_its_unit_in_the_notebook_and_in_the_page():
+    assert explore("own.basin")._controls["turn"].description == "turn [deg]"
+    assert fields(FIGURES["own.approach"])["delay"]["title"] == "delay [frames]"
+    assert title("scale") == "scale" and title("n") == "particles"
 
 
 def test_a_control_is_called_by_a_word_or_a_symbol_and_not_by_a_name_of_code():
