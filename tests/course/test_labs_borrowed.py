@@ -14,7 +14,14 @@ from tests.course.toy_lab import GOOD, answer, graded, hand_in
 LABS = labs()
 KNOWN = Path(__file__).parent / "labs"
 CALLS = [
-    ("lab_3_particle_filter", "systematic", "library.systematic(w, u)", "library"),
+    (
+        "lab_3_particle_filter",
+        "systematic",
+        "library.systematic(w, u)",
+        "library.systematic",
+    ),
+    ("lab_4_combining_both", "typical_error", "mkt.errors(a, b)", "mkt.errors"),
+    ("lab_4_combining_both", "combined_step", "mkt.ColorBins()(f)", "mkt.ColorBins"),
     ("lab_8_plane_in_space", "exponential", "expm(A)", "expm"),
     ("lab_8_plane_in_space", "velocity", "by_a_hair(G, points)", "by_a_hair"),
 ]
@@ -31,8 +38,9 @@ def solved(title, cell_name, code):
 @pytest.mark.parametrize("title, cell, call, lent", CALLS)
 def test_a_solution_by_a_call_of_what_is_there_is_told(title, cell, call, lent):
     found = borrowed(LABS[title], solved(title, cell, f"def f(*x):\n    return {call}"))
-    assert found == [f"{cell}: calls {lent} of the lab, and own work is asked for"]
-    for own in (f"def f({lent}, *x):\n    return {call}", f"{call} is no Python"):
+    assert found == [f"{cell}: calls {lent}, and own work is asked for"]
+    made = lent.partition(".")[0]
+    for own in (f"def f({made}, *x):\n    return {call}", f"{call} is no Python"):
         assert borrowed(LABS[title], solved(title, cell, own)) == []
 
 

@@ -35,14 +35,15 @@ def borrowed(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
         if cell.cell_type == "code"
     ]
     lent = {one for cell in others for one in _lent(cell.source)}
-    lent -= {one for cell in solutions.values() for one in _called(cell.source)}
+    usual = {one for cell in solutions.values() for one in _called(cell.source)}
+    lent -= {_first(one) for one in usual}
     found = {
-        name(cell): sorted(lent & _called(cell.source))
+        name(cell): sorted(one for one in _called(cell.source) if _first(one) in lent)
         for cell in notebook.cells
         if name(cell) in solutions.keys() - {NUMBER}
     }
     return [
-        f"{cell}: calls {' and '.join(names)} of the lab, and own work is asked for"
+        f"{cell}: calls {' and '.join(names)}, and own work is asked for"
         for cell, names in found.items()
         if names
     ]
@@ -65,23 +66,26 @@ def _lends(module: str) -> bool:
 
 
 def _called(source: str) -> set[str]:
-    """The names that a cell calls, or calls something of, and does not make itself."""
+    """What a cell calls and does not make itself, with its dots: `mkt.errors`."""
     nodes = list(ast.walk(_parsed(source)))
-    calls = [node.func for node in nodes if isinstance(node, ast.Call)]
-    called = {_first(call) for call in calls}
+    calls = [ast.unparse(node.func) for node in nodes if isinstance(node, ast.Call)]
     made = {
         node.id
         for node in nodes
         if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)
     }
-    return called - made - {node.arg for node in nodes if isinstance(node, ast.arg)}
+    made |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    return {call for call in calls if _is_name(call) and _first(call) not in made}
 
 
-def _first(call: ast.expr) -> str:
-    """The name that a dotted name begins with; "" where it begins with none."""
-    while isinstance(call, ast.Attribute):
-        call = call.value
-    return call.id if isinstance(call, ast.Name) else ""
+def _is_name(call: str) -> bool:
+    """Whether all that a call is of are names, and no other call, or an element."""
+    return call.replace(".", "").isidentifier()
+
+
+def _first(call: str) -> str:
+    """The name that a dotted name begins with."""
+    return call.partition(".")[0]
 
 
 def _parsed(source: str) -> ast.Module:
