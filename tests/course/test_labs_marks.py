@@ -4,7 +4,7 @@ import nbformat
 import pytest
 
 from mkt.course import cli
-from mkt.course.labs import grading, marks, table
+from mkt.course.labs import grading, marks, pages, table
 from mkt.course.labs.notebooks import headings, labs, name, of_role
 from mkt.course.labs.submissions import GONE
 from tests.course.toy_lab import GOOD, answer, graded, hand_in
@@ -31,6 +31,16 @@ def test_a_page_calls_parts_by_their_headings_and_never_by_the_marks_of_a_soluti
     for title, lab in labs().items():
         places = headings(lab)
         assert [place for place in places.values() if "SOLUTION" in place] == [], title
+
+
+@pytest.mark.parametrize("title", labs())
+def test_a_page_has_its_formulas_in_letters(title, tmp_path):
+    output = tmp_path / "grades.csv"
+    row = dict.fromkeys(table.NEEDED, "") | {"student": "ada", "lab": title}
+    pages.write(output, row | {"total": "20"}, labs()[title], models=True)
+    text = page(output, "ada")
+    assert "Model answers" in text
+    assert [line for line in text.splitlines() if "$" in line or "\\" in line] == []
 
 
 def typed(output, text, column="why"):
@@ -124,8 +134,8 @@ def test_a_row_says_that_its_file_is_gone_and_its_page_does_not(grades, toy):
     graded(toy / "submitted", grades)
     notes = {row["file"]: row["note"].splitlines() for row in table.read(grades)}
     assert notes["ada/toy.ipynb"][0] == GONE and GONE not in notes["ada_toy.ipynb"]
-    pages = (toy / "grades_pages" / "ada").glob("*.html")
-    assert [GONE in one.read_text(encoding="utf-8") for one in pages] == [False] * 2
+    written = (toy / "grades_pages" / "ada").glob("*.html")
+    assert [GONE in one.read_text(encoding="utf-8") for one in written] == [False] * 2
     second.rename(first)
     graded(toy / "submitted", grades)
     notes = {row["file"]: row["note"].splitlines() for row in table.read(grades)}

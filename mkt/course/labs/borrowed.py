@@ -35,8 +35,7 @@ def borrowed(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
         if cell.cell_type == "code"
     ]
     lent = {one for cell in others for one in _lent(cell.source)}
-    usual = {one for cell in solutions.values() for one in _called(cell.source)}
-    lent -= {_first(one) for one in usual}
+    lent -= {_first(one) for cell in solutions.values() for one in _called(cell.source)}
     found = {
         name(cell): sorted(one for one in _called(cell.source) if _first(one) in lent)
         for cell in notebook.cells

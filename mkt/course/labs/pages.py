@@ -1,6 +1,7 @@
 """A page for each student: what was right, what was said of the rest, the points."""
 
 import hashlib
+import html
 import re
 from pathlib import Path
 
@@ -117,9 +118,16 @@ def _title(lab: NotebookNode) -> str:
 def _models(lab: NotebookNode) -> dict[str, str]:
     """The model solutions and answers, {name of the cell: text}."""
     return {
-        name: _model(cell)
+        name: re.sub(r"\$([^$]+)\$", _in_letters, _model(cell))
         for name, cell in of_role(lab, "solution", "question").items()
     }
+
+
+def _in_letters(formula: re.Match[str]) -> str:
+    r"""A formula for a page that sets none: $\alpha$ is α, which HTML calls &alpha;."""
+    upright = re.sub(r"\\mathrm\{(\w+)\}", r"\1", formula[1])
+    upright = upright.replace(r"\sqrt ", "√")
+    return html.unescape(re.sub(r"\\([A-Za-z]+)", r"&\1;", upright))
 
 
 def _model(cell: NotebookNode) -> str:
