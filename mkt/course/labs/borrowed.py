@@ -67,24 +67,28 @@ def _lends(module: str) -> bool:
 def _called(source: str) -> set[str]:
     """What a cell calls and does not make itself, with its dots: `mkt.errors`."""
     nodes = list(ast.walk(_parsed(source)))
-    calls = [ast.unparse(node.func) for node in nodes if isinstance(node, ast.Call)]
+    called = {_dotted(node.func) for node in nodes if isinstance(node, ast.Call)}
     made = {
         node.id
         for node in nodes
         if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)
     }
     made |= {node.arg for node in nodes if isinstance(node, ast.arg)}
-    return {call for call in calls if _is_name(call) and _first(call) not in made}
+    return {one for one in called if _first(one) not in made}
 
 
-def _is_name(call: str) -> bool:
-    """Whether all that a call is of are names, and no other call, or an element."""
-    return call.replace(".", "").isidentifier()
+def _dotted(call: ast.expr) -> str:
+    """A name with what is asked of it; "" where it is of something without a name."""
+    asked: list[str] = []
+    while isinstance(call, ast.Attribute):
+        asked.insert(0, call.attr)
+        call = call.value
+    return ".".join([call.id, *asked]) if isinstance(call, ast.Name) else ""
 
 
-def _first(call: str) -> str:
+def _first(dotted: str) -> str:
     """The name that a dotted name begins with."""
-    return call.partition(".")[0]
+    return dotted.partition(".")[0]
 
 
 def _parsed(source: str) -> ast.Module:
