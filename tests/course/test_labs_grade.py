@@ -36,6 +36,7 @@ HANDED_IN = {
     "dies": answer(**GOOD | {"add": "import os\nos._exit(1)"}),
     "typo": answer(**GOOD | {"add": "def add(a, b)\n    return a + b"}),
 }
+DAMAGED = ("broken", "list", "nonsense")
 HALF_DONE = ("edited", "no_solution", "endless", "stubborn", "dies", "typo")
 NOTES = {
     "broken": "is not a notebook",
@@ -75,12 +76,13 @@ def test_grade_goes_through_a_folder_whatever_is_in_it(toy):
         hand_in(toy / "submitted" / student / "toy" / "toy.ipynb", text)
     rows = graded(toy / "submitted", toy / "grades.csv", "--limit", "4")
     expected = {"good": "3", "no_check": "3"} | dict.fromkeys(HALF_DONE, "1")
+    expected |= dict.fromkeys(DAMAGED, "")
     assert {student: row["points"] for student, row in rows.items()} == dict.fromkeys(
         HANDED_IN, "0"
     ) | expected
     assert {student: row["of"] for student, row in rows.items()} == dict.fromkeys(
         HANDED_IN, "3"
-    )
+    ) | dict.fromkeys(DAMAGED, "")
     assert rows["good"] | {"sha256": ""} == GOOD_ROW
     assert [
         student
@@ -319,6 +321,19 @@ def test_one_line_names_the_files_without_marks(toy, capsys):
     graded(toy / "submitted", toy / "grades.csv")
     line = "no marks, see the notes in the table: bob/toy.zip, eve/toy.zip\n"
     assert line in capsys.readouterr().err
+
+
+def test_a_damaged_notebook_has_no_marks_and_its_page_says_so(toy, capsys):
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    whole = nbformat.writes(answer(**GOOD))
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", whole[: len(whole) // 2])
+    row = graded(toy / "submitted", toy / "grades.csv")["bob"]
+    given = [row[one] for one in ("points", "total", "check_add", "check_six", "why")]
+    assert given == [""] * 5
+    assert "no marks, see the notes in the table: bob/toy" in capsys.readouterr().err
+    (page,) = (toy / "grades_pages" / "bob").glob("*.html")
+    text = page.read_text(encoding="utf-8")
+    assert "Not graded yet." in text and "toy.ipynb is not a notebook" in text
 
 
 def test_an_accent_makes_no_second_student(toy):

@@ -406,15 +406,13 @@ class _Grader:
 
     def graded(self, one: Submission, copy: Path, lab: NotebookNode) -> Row:
         """What a row says about a notebook."""
-        maxima = [points(cell) for cell in of_role(lab, "check").values()]
-        manual = [points(cell) for cell in of_role(lab, "question").values()]
-        most = {"of": f"{sum(maxima):g}", "maximum": f"{sum(maxima + manual):g}"}
         try:
             notebook = read_notebook(copy)
         except ValueError as error:
-            zeros = dict.fromkeys(of_role(lab, "check", "question"), "0")
-            words = str(error).replace(str(copy), one.path.name)
-            return most | zeros | {"points": "0", "note": words}
+            return {"note": str(error).replace(str(copy), one.path.name)}
+        maxima = [points(cell) for cell in of_role(lab, "check").values()]
+        manual = [points(cell) for cell in of_role(lab, "question").values()]
+        most = {"of": f"{sum(maxima):g}", "maximum": f"{sum(maxima + manual):g}"}
         failures = failures_of(lab, notebook, self.limit, boxed=self.boxed)
         results = marks(lab, failures)
         said = answers(lab, notebook)
