@@ -10,10 +10,11 @@ tracker that refuses a target scores nothing on it.
 `synthetic` over all kinds of drawn scene (`mkt.scenes`); both give a `Board`, which
 `ranking` puts in order; `mkt.experiments.leaderboard_as_text` writes them down.
 Intervals and differences are taken over cases.  A case is a seed of the drawn scenes,
-each with its own objects, grounds and paths, or a sequence of a benchmark.  ``python3
--m mkt bench tracking`` prints the first, or the second where there are no benchmarks;
-`shipped` has both as they were run for the release (`mkt.experiments.shipped`), which
-is what the book shows.
+each with paths of its own and a pair of object and ground that it shares with other
+seeds (`mkt.scenes.drawn`), or a sequence of a benchmark.  ``python3 -m mkt bench
+tracking`` prints the first, or the second where there are no benchmarks; `shipped` has
+both as they were run for the release (`mkt.experiments.shipped`), which is what the
+book shows.
 
 Explained in notebook 14.
 """
@@ -62,7 +63,8 @@ class Board:
     rows : DataFrame
         Of `mkt.experiments.sweep.sweep`.
     case : str
-        The column whose values are independent of each other, "seed" or "source".
+        The column whose values are taken as independent of each other, "seed" or
+        "source".
     jobs : list of Job
         The jobs that made the rows, one for each; none for rows that were read.
     """
@@ -210,8 +212,8 @@ def synthetic(
 ) -> Board:
     """Trackers, all by default, on drawn scenes of all kinds by default.
 
-    Each seed has an item, a ground and a path of its own.  Raises as `recorded` does,
-    and for an unknown kind.
+    Each seed has a path of its own; its item and its ground are two of four each, see
+    `mkt.scenes.drawn`.  Raises as `recorded` does, and for an unknown kind.
     """
     trackers = _trackers(names, seeds)
     jobs = [
@@ -225,12 +227,15 @@ def synthetic(
 
 def _drawn_board(rows: pd.DataFrame) -> Board:
     pairs = rows[["item", "ground"]].drop_duplicates()
+    items, grounds = pairs.nunique()
     kinds = rows["source"].unique()
     data = (
         f"Drawn scenes whose truth is exact, of {counted(len(kinds), 'kind')}: "
         f"{', '.join(kinds)}. Of each kind {counted(rows['seed'].nunique(), 'scene')}, "
-        f"of {counted(len(pairs), 'pair')} of object and ground, each on a path of its "
-        "own."
+        f"of {counted(len(pairs), 'pair')} of object and ground: "
+        f"{counted(items, 'object')} before {counted(grounds, 'ground')}, each scene on "
+        "a path of its own. The intervals speak for new paths of these objects, and "
+        "not for new objects."
     )
     return Board("Drawn scenes", data, rows, "seed")
 

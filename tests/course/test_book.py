@@ -549,6 +549,7 @@ def test_a_verdict_of_each_kind_has_its_sign_its_words_and_its_picture():
     assert "&lt;b&gt;x&lt;/b&gt; &amp; y" in page and "<b>x" not in page
     assert page.count("<svg") == 4 and page.count("has changed since then") == 1
     assert "2026-01-02" in page and page.count("ours, or true whatever") == 1
+    assert "They are of 12 pairs of object\nand ground, 4 objects before 3 gr" in page
 
 
 def test_where_a_claim_is_printed_leads_to_our_figures():

@@ -362,6 +362,12 @@ def test_one_scene_is_no_scenes(n, said, head, monkeypatch):
     assert as_markdown(board).splitlines()[0].endswith(f": {head}")
 
 
+def test_the_drawn_scenes_are_of_few_objects_and_say_for_what_their_intervals_speak():
+    said = leaderboard.shipped()[0].data
+    assert "32 scenes, of 16 pairs of object and ground: 4 objects before 4 gr" in said
+    assert "for new paths of these objects, and not for new objects." in said
+
+
 def test_one_start_is_no_starts(benchmarks):
     (board,), _ = recorded(("ssd",), [0], processes=1, starts=1)
     assert "from 1 frame forwards, and from 1 backwards." in board.data

@@ -202,16 +202,16 @@ def source_page(function: Callable) -> str:
 def claims(book: Book, results: list[Result], made: shipped.Made) -> str:
     """claims.md: every judged claim with its numbers and its verdict."""
     verdicts = [result.verdict for result in results]
-    pairs = {
-        (drawn("", seed).item, drawn("", seed).ground) for seed in results[0].seeds
-    }
+    scenes = [drawn("", seed) for seed in results[0].seeds]
     modules = dict.fromkeys(result.claim.function.__module__ for result in results)
     return _filled(
         "claims.md",
         results=results,
         counts={verdict: verdicts.count(verdict) for verdict in BADGES},
         badges=BADGES,
-        pairs=len(pairs),
+        pairs=len({(scene.item, scene.ground) for scene in scenes}),
+        items=len({scene.item for scene in scenes}),
+        grounds=len({scene.ground for scene in scenes}),
         rule=RULE,
         made=made,
         changed=bool(shipped.changed(shipped.CLAIMED, made)),
