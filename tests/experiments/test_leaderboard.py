@@ -368,6 +368,11 @@ def test_the_drawn_scenes_are_of_few_objects_and_say_for_what_their_intervals_sp
     assert "for new paths of these objects, and not for new objects." in said
 
 
+def test_each_board_of_the_release_says_which_time_was_not_measured():
+    for board in leaderboard.shipped():
+        assert "CPU time of guided is reckoned, not measured" in board.data, board.title
+
+
 def test_one_start_is_no_starts(benchmarks):
     (board,), _ = recorded(("ssd",), [0], processes=1, starts=1)
     assert "from 1 frame forwards, and from 1 backwards." in board.data
