@@ -441,6 +441,7 @@ def test_the_release_says_who_leads_where_nothing_was_chosen():
     board = leaderboard.shipped()[1]
     rows = board.rows[~board.rows["source"].str.contains("ball|juice|fully")]
     assert rows["source"].nunique() == 5 and "On the 5 others" in board.data
+    assert "chosen on A, C, F and the pedestrian 9 of PETS09-S2L1, and" in board.data
     cases = rows.groupby(["source", "tracker"])["overlap"].mean().unstack()
     second, first = cases.mean().nlargest(2).index[::-1]
     for name in (first, second):
