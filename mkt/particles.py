@@ -231,7 +231,8 @@ def normalised(log_weights: ArrayLike) -> Array:
 def effective_sample_size(weights: ArrayLike) -> float:
     """N_eff = 1 / sum w^2 in [1, N], (5) of [C14].
 
-    In our copy of the paper the formula lacks the square, which Algorithm 2 has.
+    In our copy of the paper the formula lacks the square, which the listing of Section
+    4.5.1 has in its line 7; Algorithm 2 only points to the formula.
 
     Parameters
     ----------
