@@ -552,6 +552,16 @@ def test_a_verdict_of_each_kind_has_its_sign_its_words_and_its_picture():
     assert "They are of 12 pairs of object\nand ground, 4 objects before 3 gr" in page
 
 
+def test_a_claim_that_says_it_came_late_is_named_above_the_claims():
+    results = [claims.judge(one) for one in shipped.claimed()]
+    page = pages.claims(BOOK, results, shipped.read_claims()[1])
+    late = page.partition("Four claims and some lines")[2].partition("```")[0]
+    after = re.compile(r"after (most of )?the(se)? runs")
+    named = {name for name, one in claims.CLAIMS.items() if after.search(one.remark)}
+    assert {"T09-d", "T09-j", "C14-a"} <= named
+    assert {name for name in named if name not in late} == set()
+
+
 def test_where_a_claim_is_printed_leads_to_our_figures():
     said = {name: pages.printed(one, BOOK) for name, one in claims.CLAIMS.items()}
     figure = '<a href="{}.html#fig-{}">{}</a>'
