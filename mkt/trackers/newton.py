@@ -203,6 +203,21 @@ class Prior(NamedTuple):
     region: Region
     weights: Array
 
+    def check(self) -> None:
+        """Refuse a region that is none, and weights that are not four, from 0 on."""
+        if np.shape(self.region) != (5,):
+            raise ValueError(
+                f"region has the shape {np.shape(self.region)}; "
+                "a prior needs one region (cx, cy, theta, hx, hy)"
+            )
+        four = np.shape(self.weights) == (4,)
+        # Plain numbers, as in `moved`: numpy's functions cost more for so few.
+        if not (four and all(w >= 0 for w in np.asarray(self.weights).tolist())):
+            raise ValueError(
+                f"weights are {self.weights}; a prior needs four from 0 on, "
+                "for tau_x, tau_y, theta and log s"
+            )
+
     def off(self, regions: Array) -> Array:
         """The offsets x - x* of regions (..., 5), in their own frames: (..., 4)."""
         cx, cy, theta, hx, hy = self.region.tolist()
@@ -247,7 +262,17 @@ def newton_step(
     Returns
     -------
     (4,) array
+
+    Raises
+    ------
+    ValueError
+        For a reference of other kernels or bins than q.
     """
+    if reference.shape != q.shape:
+        raise ValueError(
+            f"reference has the shape {reference.shape} and q {q.shape}; "
+            "both must be of the same kernels and bins"
+        )
     seen = np.flatnonzero(q > EMPTY)
     root = np.sqrt(q.ravel()[seen])
     jacobian = dq.reshape(-1, dq.shape[-1])[seen] / root[:, None]
@@ -337,8 +362,16 @@ def minimise(
     region : (5,) array [px, rad]
     steps : int
         How many were taken.
+
+    Raises
+    ------
+    ValueError
+        For an image with other bins than the target's, and for a prior whose region is
+        none, or whose weights are not four numbers from 0 on.
     """
     target.check(image)
+    if prior is not None:
+        prior.check()
     region = np.asarray(start, float)
     steps = 0
     short = False

@@ -285,6 +285,26 @@ def test_what_must_not_change_costs_nothing():
     assert prior.cost(near) == pytest.approx(expected)
 
 
+@pytest.mark.parametrize(
+    "weights", [np.zeros(3), 1.0, [0, 0, -1, 0], [0, np.nan, 0, 0]]
+)
+def test_a_prior_has_four_weights_from_0_on(weights):
+    clip = scene()
+    image, target = learnt(clip)
+    with pytest.raises(ValueError, match="weights are .*; a prior needs four from 0"):
+        minimise(target, image, clip.truth[0], 2, prior=Prior(clip.truth[0], weights))
+    with pytest.raises(ValueError, match=r"region has the shape \(4,\); a prior"):
+        minimise(target, image, clip.truth[0], 2, prior=Prior(np.ones(4), np.ones(4)))
+
+
+def test_a_reference_of_other_kernels_is_refused():
+    q, dq = np.full((9, 20), 0.05), np.zeros((9, 20, 4))
+    with pytest.raises(
+        ValueError, match=r"reference has the shape \(1, 20\) and q \(9"
+    ):
+        newton_step(q, dq, q[:1])
+
+
 def test_a_turn_beyond_the_half_is_a_small_one_the_other_way():
     region = np.array([100.0, 80.0, 3.0, 40.0, 25.0])
     prior = Prior(region, np.ones(4))
