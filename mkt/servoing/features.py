@@ -26,6 +26,7 @@ from mkt.types import Array, ArrayLike, Regions
 # The angle comes back after a whole turn if a tracker counted it, after half a turn if
 # it is the axis of second moments.
 PERIODS = {"theta": 2 * np.pi, "alpha": np.pi}
+ROUND = 1e-9  # share of the second moments below which their difference is rounding
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,7 @@ def features(regions: ArrayLike, camera: Camera, angle: str = "theta") -> Array:
     Returns
     -------
     (..., 4) array
+        The alpha of a square, which has no longer axis, is the direction of its hx.
 
     Raises
     ------
@@ -241,7 +243,8 @@ def moments(corners: ArrayLike) -> Array:
     Raises
     ------
     ValueError
-        Where it has no area, is not convex, or its corners do not go round it in order.
+        Where it has no area, is not convex, or its corners do not go round it in order;
+        and where it has no axis, as a square, whose alpha is not defined.
     """
     points, weights = quadrature(corners)
     a = weights.sum()
@@ -253,6 +256,11 @@ def moments(corners: ArrayLike) -> Array:
     centre = points @ weights / a
     u, v = points - centre[:, None]
     m20, m11, m02 = np.array([u * u, u * v, v * v]) @ weights
+    if np.hypot(2 * m11, m20 - m02) <= ROUND * (m20 + m02):
+        raise ValueError(
+            "the second moments of a square have no axis; "
+            "give a quadrilateral that is longer than it is wide"
+        )
     a_n = 1 / np.sqrt(a)
     alpha = np.arctan2(2 * m11, m20 - m02) / 2
     return np.array([*(a_n * centre), a_n, alpha])

@@ -90,6 +90,14 @@ def lost_after(frames, where=1, **fields):
     return seen, *servo.step(state, where * region, lost=True)
 
 
+def test_a_lost_target_may_look_square_where_the_angle_is_alpha():
+    given, square = (
+        lost_after(3, where=np.array([1, 1, 1, 1, wide]), angle="alpha")
+        for wide in (1, 45 / 28)
+    )
+    np.testing.assert_array_equal(square[2].twist, given[2].twist)
+
+
 def test_a_lost_frame_keeps_twist_and_filter_until_patience_ends():
     seen, state, command = lost_after(3, patience=2)
     assert not seen.held and not command.held and state.missed == 1

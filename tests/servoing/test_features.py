@@ -118,6 +118,10 @@ def test_alpha_is_the_longer_axis():
     assert features(np.array([region, same]), camera).shape == (2, 4)
 
 
+def test_the_alpha_of_a_square_is_the_direction_of_its_hx():
+    assert features([100, 80, 0.3, 20, 20], Camera(), "alpha")[3] == pytest.approx(0.3)
+
+
 @pytest.mark.parametrize(
     "problem, call",
     [
@@ -127,6 +131,8 @@ def test_alpha_is_the_longer_axis():
         ("no area", lambda: moments(np.zeros((4, 2)))),
         ("crosses itself", lambda: moments([[0, 0], [1, 1], [1, 0], [0, 1]])),
         ("has a dent", lambda: moments([[0, 0], [2, 0], [0.5, 0.5], [0, 2]])),
+        ("square", lambda: moments([[0, 0], [1, 0], [1, 1], [0, 1]])),
+        ("square", lambda: moments([[0.1, 0.1], [1.1, 0.1], [1.1, 1.1], [0.1, 1.1]])),
         ("surface", lambda: interaction_matrix(GOLDEN, UNIT, 0.0)),
         ("square", lambda: interaction_matrix([0, 0, 0, 1, 1], UNIT, 0.01, "alpha")),
         ("focal", lambda: Camera(0.0)),
