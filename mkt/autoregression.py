@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mkt.checks import are_finite
 from mkt.particles import Particles
 from mkt.regions import HX, size
 from mkt.types import Array, ArrayLike, Regions, Rng
@@ -39,11 +40,26 @@ class AutoRegression:
         Standard deviations of the noise w.
     spread : tuple of three float
         Standard deviations of the random change with which each particle starts.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
     """
 
     phi: tuple[float, float, float]
     sigma: tuple[float, float, float]
     spread: tuple[float, float, float]
+
+    def __post_init__(self):
+        for field, least, need in (
+            ("phi", -np.inf, "three finite numbers"),
+            ("sigma", 0, "three finite numbers from 0 on"),
+            ("spread", 0, "three finite numbers from 0 on"),
+        ):
+            value = getattr(self, field)
+            if not (are_finite(value, 3) and np.min(value) >= least):
+                raise ValueError(f"{field} is {value}; it must be {need}")
 
     def scatter(self, region: ArrayLike, n: int, rng: Rng) -> Particles:
         """Some particles at a region (5,), each with a change of its own."""

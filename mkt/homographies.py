@@ -137,8 +137,19 @@ def exponential(steps: Array) -> Array:
 
     A Taylor series of the matrix over 2^4, squared four times.  For 75 particles it
     takes a quarter of the time of ``scipy.linalg.expm``, its oracle in the tests.
+
+    Raises
+    ------
+    ValueError
+        For a number alone, and for steps of more than eight components.
     """
-    a = np.tensordot(steps, GENERATORS[: np.shape(steps)[-1]], 1) / 2**HALVINGS
+    shape = np.shape(steps)
+    if not shape or shape[-1] > len(PARAMETERS):
+        raise ValueError(
+            f"steps have the shape {shape}; give (..., k), with k at most "
+            f"{len(PARAMETERS)}"
+        )
+    a = np.tensordot(steps, GENERATORS[: shape[-1]], 1) / 2**HALVINGS
     result = np.eye(3) + a / SERIES
     for n in range(SERIES - 1, 0, -1):
         result = np.eye(3) + a @ result / n

@@ -1,5 +1,7 @@
 """A learnt motion model: it finds again what made the tracks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -53,6 +55,15 @@ def test_place_turn_and_size_are_learnt_each_from_its_own_changes():
     assert np.allclose(found.sigma, made.sigma, rtol=0.05)
     expected = np.array(made.sigma) / np.sqrt(1 - np.array(made.phi) ** 2)
     assert np.allclose(found.spread, expected, rtol=0.1)
+
+
+@pytest.mark.parametrize("field", ["phi", "sigma", "spread"])
+def test_a_model_has_three_numbers_in_each_field_and_no_negative_deviation(field):
+    model = AutoRegression((-1, 1, 1), (1, 1, 1), (1, 1, 1))
+    wrong = [(1, 1), 1.0, (1, 1, np.nan)] + [(1, -1, 1)] * (field != "phi")
+    for value in wrong:
+        with pytest.raises(ValueError, match=rf"^{field} is .* three finite numbers"):
+            replace(model, **{field: value})
 
 
 def test_changes_never_grow_without_end():

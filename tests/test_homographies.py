@@ -27,6 +27,12 @@ def test_exponential_is_scipys(step):
     assert np.allclose(homographies.exponential(step), wanted, atol=1e-12)
 
 
+@pytest.mark.parametrize("steps", [0.1, np.zeros(9), np.zeros((2, 9))])
+def test_a_step_has_no_more_components_than_there_are_parameters(steps):
+    with pytest.raises(ValueError, match=r"steps have the shape .*; give \(\.\.\., k"):
+        homographies.exponential(steps)
+
+
 @given(STEPS)
 def test_a_step_and_its_opposite_lead_back(step):
     there = homographies.moved(FACING, step, SIDES)

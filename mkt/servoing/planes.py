@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from mkt.checks import are_finite
 from mkt.homographies import corners
 from mkt.regions import corners as outline
 from mkt.servoing.features import Camera
@@ -33,10 +34,24 @@ def homography(pose: Array, camera: Camera, sides: ArrayLike) -> Array:
     -------
     (3, 3) array
         From the canonical square to the image [px].
+
+    Raises
+    ------
+    ValueError
+        For sides that are not two positive numbers.
     """
-    stretch = np.array([*np.asarray(sides, float) / 2, 1.0])
+    stretch = np.array([*_half(sides), 1.0])
     h = camera.matrix @ pose[:3, [0, 1, 3]] * stretch
     return h / h[2, 2]
+
+
+def _half(sides: ArrayLike) -> Array:
+    """The half sides (2,) of a rectangle."""
+    if not (are_finite(sides, 2) and np.min(sides) > 0):
+        raise ValueError(
+            f"sides is {sides}; give the length and the width, two positive numbers"
+        )
+    return np.asarray(sides, float) / 2
 
 
 def pose_of(seen: Array, camera: Camera, sides: ArrayLike) -> Array:
@@ -56,8 +71,13 @@ def pose_of(seen: Array, camera: Camera, sides: ArrayLike) -> Array:
     camera : Camera
     sides : (2,) array_like [m]
         Of the object.
+
+    Raises
+    ------
+    ValueError
+        For sides that are not two positive numbers.
     """
-    rectangle = outline([0, 0, 0, *np.asarray(sides, float) / 2])
+    rectangle = outline([0, 0, 0, *_half(sides)])
     in_space = np.column_stack([rectangle, np.zeros(4)])
     image = np.ascontiguousarray(corners(seen))
     given = in_space, image, camera.matrix, None

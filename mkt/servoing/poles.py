@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from mkt.checks import is_whole
 from mkt.servoing.self_motion import OFF, Kalman, Matrices, check_period
 from mkt.types import Array, ArrayLike
 
@@ -52,16 +53,18 @@ def closed_loop(
     Raises
     ------
     ValueError
-        For a frame period or a mismatch that is not positive, a negative delay, and a
-        gain that is not finite.
+        For a frame period or a mismatch that is not positive, a delay that is not a
+        whole number from 0 on, and a gain that is not finite.
     """
     check_period(dt)
     if not np.isfinite(gain):
         raise ValueError(f"gain is {gain}; it must be a finite number")
     if not mismatch > 0:
         raise ValueError(f"mismatch is {mismatch}; it must be positive")
-    if delay < 0:
-        raise ValueError(f"delay is {delay}; it must be at least 0 frames")
+    if not is_whole(delay, 0):
+        raise ValueError(
+            f"delay is {delay!r}; it must be a whole number of frames, from 0 on"
+        )
     import control
 
     blocks = [

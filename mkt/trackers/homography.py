@@ -88,7 +88,15 @@ def columns_at(weights: Array, slopes: Array, points: Array, k: int) -> Array:
 
 @lru_cache(maxsize=64)
 def columns(kernels: Kernels, group: str) -> Array:
-    """`columns_at` the samples of kernels, (pairs, 1 + k), see `Template`."""
+    """`columns_at` the samples of kernels, (pairs, 1 + k), see `Template`.
+
+    Raises
+    ------
+    ValueError
+        For an unknown group.
+    """
+    if group not in GROUPS:
+        raise ValueError(f"group is {group!r}; it must be one of {', '.join(GROUPS)}")
     points = kernels.points * kernels.half_sides
     dense = columns_at(kernels.weights, kernels.slopes, points, GROUPS[group])
     pairs = template(kernels)
@@ -171,7 +179,7 @@ def felt(target: Target, image: BinImage, homography: Array, group: str) -> Arra
 
     It is the length of what is left of a column of `jacobian` after a projection away
     from the others: 0 for a motion that looks like a mixture of other ones, or like
-    nothing at all.
+    nothing at all.  Raises as `columns` does.
     """
     _, triangle = np.linalg.qr(jacobian(target, image, homography, group))
     left = [_last_diagonal(triangle, i) for i in range(triangle.shape[1])]

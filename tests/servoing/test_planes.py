@@ -28,6 +28,13 @@ def test_the_pose_comes_back_from_its_homography(seed):
     assert np.allclose(planes.pose_of(seen, CAMERA, SIDES), pose, atol=1e-6)
 
 
+@pytest.mark.parametrize("sides", [0.3, (0.3,), (0.3, -0.2), (0.3, np.nan)])
+def test_a_rectangle_has_two_sides(sides):
+    for call, given in (planes.homography, np.eye(4)), (planes.pose_of, np.eye(3)):
+        with pytest.raises(ValueError, match="sides is .*; give the length and the wi"):
+            call(given, CAMERA, sides)
+
+
 @pytest.mark.parametrize("tilt, away", [(10, 0.8), (40, 2.0), (-40, 2.0)])
 def test_of_two_tilts_that_look_alike_the_right_one_is_taken(tilt, away):
     pose = pose_at([np.deg2rad(tilt), 0, 0], [0, 0, away])

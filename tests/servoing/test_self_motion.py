@@ -30,6 +30,7 @@ L = interaction_matrix(REGION, UNIT, 0.024)
         ("mismatch", lambda: closed_loop(1.0, 0.2, mismatch=0.0)),
         ("gain", lambda: closed_loop(float("nan"), 0.2)),
         ("delay", lambda: closed_loop(1.0, 0.2, delay=-1)),
+        ("delay is 1.5; it must be a whole", lambda: closed_loop(1.0, 0.2, delay=1.5)),
         ("ratio", lambda: Kalman(-1.0)),
         ("take 0, infinity, or", lambda: Kalman(1e300)),
         ("take 0, infinity, or", lambda: Kalman(1e-300)),

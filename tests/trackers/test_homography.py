@@ -126,6 +126,14 @@ def test_nine_kernels_feel_all_eight_and_one_no_turn(car):
     assert strengths["one"][2] < 1e-9 < 0.1 < strengths["3x3"].min()
 
 
+@pytest.mark.parametrize("function", [felt, jacobian, step_from])
+def test_an_unknown_group_is_refused(function, car):
+    region, ((image, _), _) = car
+    target = learn(image, region, Kernels("3x3"))
+    with pytest.raises(ValueError, match="group is 'nope'; it must be one of simil"):
+        function(target, image, of_regions(region), "nope")
+
+
 def test_only_the_homography_finds_a_tilt():
     scene = card("base", 1)
     clip, truth = scene.sequence(), homographies(scene, scene.target, np.arange(120))
