@@ -202,7 +202,8 @@ def p_value(values: ArrayLike, statistic: Statistic, bound: float, side: str) ->
     ------
     ValueError
         For another side, for a bound that is not finite, for values that are no row of
-        numbers or that a statistic does not have, and for `PAIRS` with another bound.
+        numbers or that a statistic does not have, for `PAIRS` with another bound, and
+        for `SHARE` with one that is no share.
     """
     if not np.isfinite(bound):
         raise ValueError(f"bound is {bound}; it must be a finite number")
@@ -210,6 +211,8 @@ def p_value(values: ArrayLike, statistic: Statistic, bound: float, side: str) ->
         raise ValueError(f'side is {side!r}; it must be "greater" or "less"')
     if statistic is PAIRS and bound != 0:
         raise ValueError(f"bound is {bound}; differences of shares are tested with 0")
+    if statistic is SHARE and not 0 <= bound <= 1:
+        raise ValueError(f"bound is {bound}; a share lies between 0 and 1")
     values = _checked(values, statistic)
     if not (len(values) and np.isfinite(values).all()):
         return 1.0

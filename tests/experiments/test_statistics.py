@@ -133,6 +133,7 @@ def test_nothing_proves_nothing():
         ([0.9, 0.9], SHARE, 0.5, "greater", "among (0, 1)"),
         ([2, 0, 1], PAIRS, 0, "less", "among (-1, 0, 1)"),
         ([1, 0, 1], PAIRS, 0.5, "less", "bound is 0.5"),
+        ([1, 0], SHARE, 2, "greater", "bound is 2"),
         ([0.1, 0.2], MEAN, np.nan, "less", "bound is nan"),
     ],
 )
