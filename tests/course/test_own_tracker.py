@@ -122,6 +122,15 @@ def test_it_tracks_and_does_so_again_when_it_is_said_again(own):
     assert float(cells[1]) == 55 + 25 - 0.5 + 50
 
 
+def test_settings_of_another_tracker_are_refused(own):
+    films.write(own / "car.mkv", films.driving(3).frames)
+    run("track", "car.mkv", "--box", "55,48,50,24", "--tracker", "ssd", "-o", "a.csv")
+    other = ("--tracker", "resting:Still", "-o", "b.csv")
+    with pytest.raises(SystemExit, match="a.json is of ssd; leave --tracker out"):
+        run("track", "--settings", "a.json", *other)
+    assert not (own / "b.csv").exists()
+
+
 def test_a_file_alone_names_no_code_that_is_run(own):
     tried(own, "Still", "a.mkv")
     del by_name.TRACKERS._entries["resting:Still"], by_name.LABELS["resting:Still"]

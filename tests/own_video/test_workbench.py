@@ -433,6 +433,7 @@ def test_what_a_camera_saw_before_it_stopped_is_named_and_chosen(
         ((), "track needs a VIDEO, or --settings FILE"),
         (("--settings", "x.json", "--box", "1,2,3,4"), "leave these out"),
         (("--settings", "x.json", "--seed", "1"), "leave these out"),
+        (("--settings", "x.json", "--tracker", "guided"), "leave these out"),
     ],
 )
 def test_track_is_told_what_goes_together(words, said, capsys):

@@ -58,10 +58,9 @@ def _add_words(add_argument: Callable) -> None:
     )
     add_argument(
         "--tracker",
-        default=TRACKER,
         metavar="NAME",
-        help="guided (the default), combined, ssd, mil, ...; a wrong name lists all; "
-        "MODULE:CLASS for one of your own",
+        help=f"{TRACKER} (the default), combined, ssd, mil, ...; a wrong name lists "
+        "all; MODULE:CLASS for one of your own",
     )
     add_argument(
         "--particles",
@@ -159,7 +158,7 @@ def check(args) -> str | None:
     if args.box and len(args.box) > 1:
         return "track follows one object; RESEARCH.md has ten lines for several"
     # A file is not trusted where code is to be run: the class must be named again.
-    known = args.tracker == TRACKER or ":" in args.tracker
+    known = args.tracker is None or ":" in args.tracker
     said = args.box, args.particles, args.seed, *_part(args).values()
     if args.settings and not (known and said == (None, None, 0, 0, None, 1, 1.0)):
         return (
@@ -179,7 +178,7 @@ def run(args) -> int | None:
     """Track in a video of the user's own, or show its first frame to read a box off."""
     from mkt.course import own_tracker
 
-    own_tracker.enter(args.tracker)
+    own_tracker.enter(_tracker(args))
     if args.settings is None and args.box is None:
         return _ask(args)
     return _track(args)
@@ -190,7 +189,7 @@ def _ask(args) -> int:
     from mkt.sequences.truth_formats import video
 
     # A wrong name is reported now, not after the box was read off.
-    settings.with_numbers(args.tracker, _particles(args))
+    settings.with_numbers(_tracker(args), _particles(args))
     clip = video(args.video)
     words = recording.ask_for_box(clip, _output(args, args.video), args.first)
     print(words, file=sys.stderr)
@@ -203,11 +202,15 @@ def _track(args) -> int | None:
 
     if args.settings:
         chosen = settings.load(args.settings, args.video)
+        if args.tracker not in (None, chosen.tracker):
+            raise ValueError(
+                f"{args.settings} is of {chosen.tracker}; leave --tracker out"
+            )
     else:
         box = parse_box(args.box[0])
         numbers = _particles(args)
         chosen = settings.settled(
-            args.video, box, args.tracker, numbers, args.seed, **_part(args)
+            args.video, box, _tracker(args), numbers, args.seed, **_part(args)
         )
     output = _output(args, chosen.video)
     clip = chosen.sequence()
@@ -239,6 +242,11 @@ def _part(args) -> dict[str, Any]:
     return {name: getattr(args, name) for name in PART}
 
 
+def _tracker(args) -> str:
+    """Its name; None as typed, so that --settings knows whether one was."""
+    return TRACKER if args.tracker is None else args.tracker
+
+
 def _particles(args) -> dict[str, float]:
     return {} if args.particles is None else {"n": args.particles}
 
@@ -250,7 +258,7 @@ def _output(args, source: str) -> Path:
     if args.settings:
         name = f"{args.settings.stem}-again"
     else:
-        tracker = args.tracker.replace(":", "_")  # no name of a file on Windows
+        tracker = _tracker(args).replace(":", "_")  # no name of a file on Windows
         name = f"{Path(source).resolve().stem}-{tracker}"
     name = name.lstrip("~")  # which would be a home
     return checked_output(args.output or free(Path(f"{name}.webm")), source)
