@@ -268,6 +268,21 @@ def test_an_answer_without_end_is_shortened_to_what_a_spreadsheet_holds(toy):
     assert row["total"] == "5" and row["answers"].endswith(end)
 
 
+def test_a_table_with_the_line_ends_of_windows_keeps_points_and_answers(toy):
+    lines = answer(**GOOD | {"why": "Why?\n\nIt has\ntwo lines."})
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", lines)
+    graded(toy / "submitted", toy / "grades.csv")
+    typed(toy / "grades.csv", "2")
+    text = table.read(toy / "grades.csv")[0]["answers"]
+    unix = (toy / "grades.csv").read_bytes().replace(b"\r\n", b"\n")
+    (toy / "grades.csv").write_bytes(unix.replace(b"\n", b"\r\n"))
+    row = graded(toy / "submitted", toy / "grades.csv")["ada"]
+    assert (row["why"], row["answers"]) == ("2", text)
+    (toy / "grades.csv").write_bytes(unix.replace(b"\n", b"\r\n"))
+    (row,) = merged(toy / "grades.csv")
+    assert (row["total"], row["answers"]) == ("5", text)
+
+
 def test_an_older_table_with_a_longer_answer_can_be_read(grades):
     text = grades.read_text(encoding="utf-8-sig")
     long = text.replace("I do not know.", "I do not know. " * 20_000)

@@ -93,7 +93,7 @@ def separator(path: Path) -> str:
 
 
 def _text(path: Path) -> str:
-    data = path.read_bytes()
+    data = path.read_bytes().replace(b"\r\n", b"\n")  # as Windows ends a line
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:  # what German Windows saves by itself
