@@ -5,7 +5,7 @@ import pytest
 
 from mkt.course import cli
 from mkt.course.labs import grading, marks, pages, table
-from mkt.course.labs.notebooks import headings, labs, name, of_role
+from mkt.course.labs.notebooks import headings, labs, name, of_role, released
 from mkt.course.labs.submissions import GONE
 from tests.course.toy_lab import GOOD, answer, graded, hand_in
 
@@ -359,6 +359,15 @@ def test_a_limit_may_be_broken(toy):
 def test_text_of_students_is_harmless_in_a_table(text, shown):
     assert table.harmless(text) == shown
     assert table.harmless(shown) == shown
+
+
+@pytest.mark.parametrize("title", labs())
+def test_line_ends_of_windows_are_no_edit(title, tmp_path):
+    lab, theirs = labs()[title], released(labs()[title])
+    for cell in theirs.cells:
+        cell.source = cell.source.replace("\n", "\r\n")
+    nbformat.write(theirs, tmp_path / "lab.ipynb")
+    assert marks.edited(lab, marks.read(tmp_path / "lab.ipynb")) == []
 
 
 @pytest.mark.parametrize("title", labs())

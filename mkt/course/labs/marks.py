@@ -56,6 +56,8 @@ def read(path: Path) -> NotebookNode:
             text = path.read_text(encoding="utf-8-sig")  # some editors put a mark
             notebook = nbformat.v4.upgrade(nbformat.reads(text, 4))
             nbformat.validate(notebook)
+        for cell in notebook.cells:
+            cell.source = cell.source.replace("\r\n", "\n")  # as Windows ends a line
         return notebook
     except OSError:
         raise
