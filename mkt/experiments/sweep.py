@@ -118,10 +118,14 @@ def jobs(
     for seed in seeds:
         checks.check_seed(seed)
     every = list(map(int, seeds))  # numpy's own cannot be kept as text
+    named = [
+        (label.item() if isinstance(label, np.generic) else label, tracker)
+        for label, tracker in trackers.items()
+    ]
     return [
         Job(label, tracker, source, seed)
         for source in sources
-        for label, tracker in trackers.items()
+        for label, tracker in named
         for seed in every
     ]
 

@@ -79,6 +79,13 @@ def test_seeds_may_be_numpy_s_and_a_parameter_may_stand_alone(kept):
     assert sweep(own, processes=1)["seed"].tolist() == [0, 1]
 
 
+def test_labels_may_be_numpy_s(kept):
+    trackers = {steps: SSD(iterations=int(steps)) for steps in np.arange(1, 3)}
+    made = jobs(trackers, [Short(Drawn("base"))])
+    assert sweep(made, processes=1)["tracker"].tolist() == [1, 2]
+    assert rows_in(kept) == [0, 0]
+
+
 def test_a_sweep_of_no_jobs_has_the_columns_of_any_other():
     assert {"source", "tracker", "overlap"} <= set(sweep([]).columns)
     assert not len(sweep([])) and summaries(sweep([])).empty
