@@ -178,8 +178,8 @@ def data_root() -> Path | None:
         raise DataError(
             root,
             "MKT_DATA names a folder that does not exist",
-            "set it to the folder that holds the benchmarks "
-            "(`python3 -m mkt data` lists them), or unset it",
+            "set it to the folder that holds the benchmarks, or unset it: "
+            "`python3 -m mkt data` then lists what is expected",
         )
     return Path(root)
 

@@ -53,7 +53,7 @@ def test_data_root(tmp_path, monkeypatch):
     monkeypatch.delenv("MKT_DATA", raising=False)
     assert data_root() is None and sequences() == []
     monkeypatch.setenv("MKT_DATA", str(tmp_path / "none"))
-    with refused(tmp_path / "none", "does not exist", "unset"):
+    with refused(tmp_path / "none", "does not exist", "unset it: .* then lists"):
         data_root()
     monkeypatch.setenv("MKT_DATA", str(tmp_path))
     assert data_root() == tmp_path
