@@ -25,7 +25,7 @@ import numpy as np
 from mkt import checks
 from mkt.checks import checked_frame, checked_region, finite, in_words
 from mkt.colors import HUES
-from mkt.regions import HX, HY, THETA, corners, from_box, to_box
+from mkt.regions import HX, HY, THETA, corners, from_box, outside, to_box
 from mkt.tracking import Info, report
 from mkt.types import Frame, NDArray, Region, Rng
 
@@ -256,10 +256,10 @@ def _window(frame: Frame, region: Region) -> Window:
     left, right = np.clip(np.rint([x, x + w]), 0, width).astype(int).tolist()
     top, bottom = np.clip(np.rint([y, y + h]), 0, height).astype(int).tolist()
     if left == right or top == bottom:
-        raise ValueError(
-            f"the region {in_words(region)} lies outside the image; "
-            "choose a box inside it"
-        )
+        why = "covers no whole pixel of the image; draw it round the target"
+        if outside(region, frame.shape):
+            why = "lies outside the image; choose a box inside it"
+        raise ValueError(f"the region {in_words(region)} {why}")
     return left, top, right - left, bottom - top
 
 

@@ -166,6 +166,11 @@ def test_a_box_beside_the_image_is_no_window(box):
         opencv._window(flat(60), from_box(box))
 
 
+def test_a_box_without_a_pixel_is_not_said_to_lie_outside():
+    with pytest.raises(ValueError, match="covers no whole pixel of the image"):
+        opencv._window(flat(60), np.array([80.2, 60.3, 0, 0.3, 0.2]))
+
+
 def test_the_mean_of_a_window_counts_what_lies_outside_as_nothing():
     projection = np.full((50, 60), 255, np.uint8)
     projection[:, 30:] = 51
