@@ -22,7 +22,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from mkt import checks
 from mkt.regions import corners, rotation, wrap_angle
-from mkt.scenes.textures import texture
+from mkt.scenes.textures import NAMES, texture
 from mkt.servoing.features import Camera, quadrature
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Rng
 
@@ -118,7 +118,7 @@ def circle(
     period : float [s]
         Of one turn.
     length : float [s]
-        Of the whole path.
+        The last way-point is a tenth of a second before.
     heading : float [rad]
     """
     t = np.arange(0, length, 0.1)
@@ -169,6 +169,7 @@ class Workspace:
         checks.of_kind(self.camera, Camera, "camera", "give a Camera")
         checks.positive(self, "width", "table_width")
         checks.not_negative(self, "exposure", "noise")
+        checks.one_of(self, car=NAMES, table=NAMES)
 
     @property
     def sides(self) -> Array:

@@ -167,6 +167,8 @@ PAST_THE_HORIZON = above(SHARP, (0, 0, 0, 1.5, 0, 0))
         ("exposure", lambda: Workspace(exposure=-0.1)),
         ("noise", lambda: Workspace(noise=-1.0)),
         ("noise", lambda: Workspace(noise=np.inf)),
+        ("car is 'nope'; it must be one of", lambda: Workspace(car="nope")),
+        ("table is 'nope'; it must be", lambda: Workspace(table="nope")),
         ("camera is of the type int", lambda: Workspace(camera=400)),
     ],
 )
