@@ -10,6 +10,7 @@ from mkt.figures.registry import FIGURES, Entry
 from mkt.figures.static_panel import label
 
 ALL_TRACKERS = "own.success"  # draws whatever is registered
+LARGEST = 2**53  # up to here a float holds every whole number, and tables have floats
 SHORT = {"n": "particles"}  # as the papers call the number of particles
 ANY = "Numbers need not be one of those listed, which are the positions of a slider."
 
@@ -115,6 +116,8 @@ def _number(name: str, text: str, kind: type) -> float:
         raise ValueError(
             f"{name}={text}: not a number of type {kind.__name__}"
         ) from None
+    if kind is int and abs(number) > LARGEST:
+        raise ValueError(f"{name}={text}: beyond 2^53; choose a smaller number")
     if not math.isfinite(number):
         raise ValueError(f"{name}={text}: not a finite number")
     return number

@@ -292,6 +292,7 @@ def test_figure_writes_the_format_of_the_ending(tmp_path, ending, magic):
 
 
 PICTURE = (FIGURE, "-o", "x.png")
+LIKENESS = ("teuliere2009.fig3", "-o", "x.csv")
 MISTAKES = [
     (
         ("ghosts", "-o", "x.png"),
@@ -308,6 +309,8 @@ MISTAKES = [
     ),
     ((*PICTURE, "--set", "span"), "'span' is not NAME=VALUE"),
     ((*PICTURE, "--set", "span=wide"), "not a number of type float"),
+    ((*LIKENESS, "--set", "extent=9007199254740993"), "beyond 2^53; choose a smaller"),
+    ((*LIKENESS, "--set", f"extent=-{10**400}"), "beyond 2^53; choose a smaller"),
     ((*PICTURE, "--set", "span=nan"), "span=nan: not a finite number"),
     (
         ("own.chance", "-o", "x.png", "--set", "epsilon=-1"),
@@ -402,6 +405,10 @@ def test_figure_takes_set_once_or_often_and_numbers_between_the_positions():
         ([FIGURE], "an ID and -o FILE"),
         (["--all", "-o", "x", "--set", "a=1"], "--set goes with one figure"),
         ([FIGURE, "-o", "x.png", "--format", "pdf"], "--format with --all"),
+        (
+            ["own.run", "-o", "x.csv", "--tracker", "my:Own", "--set", "tracker=ssd"],
+            "leave it out of --set",
+        ),
     ],
 )
 def test_figure_is_asked_for_one_or_for_all(words, said, capsys):

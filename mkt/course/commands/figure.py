@@ -9,6 +9,7 @@ WANTED = (
     "figure needs an ID and -o FILE, or --all and -o FOLDER; "
     "`python3 -m mkt figure --list` lists the figures"
 )
+TWICE = "--tracker says which tracker is shown; leave it out of --set"
 APART = (
     "--set goes with one figure, --format with --all; one figure's format is the "
     "ending of its file"
@@ -91,6 +92,8 @@ def check(args) -> str | None:
         return WANTED
     if (args.all and (args.set or args.tracker)) or (args.format and not args.all):
         return APART
+    if args.tracker and any(word.startswith("tracker=") for word in args.set):
+        return TWICE
     return None
 
 
