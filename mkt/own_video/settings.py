@@ -322,8 +322,12 @@ def _is_end(value: Any) -> bool:
     return value is None or _is_seed(value)
 
 
+def _is_name(value: Any) -> bool:
+    return _is_text(value) and value != ""
+
+
 _POSSIBLE = {
-    "video": _is_text,
+    "video": _is_name,
     "sha256": _is_text,
     "box": _is_box,
     "tracker": _is_text,
@@ -337,6 +341,7 @@ _POSSIBLE = {
 }
 _NEEDED = {
     _is_text: "a text",
+    _is_name: "a text that is not empty",
     _is_box: "a list of five finite numbers: x, y, w, h, angle",
     _is_dict: "a table of names and values",
     _is_seed: "a whole number, at least 0",

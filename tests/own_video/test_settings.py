@@ -105,6 +105,7 @@ def test_a_path_in_the_settings_may_be_relative_to_them(car, place, monkeypatch)
         ({"numbers": {"n": 10**400}}, "n in numbers is"),
         ({"box": [0, 0, 10**400, 1, 0]}, "box is"),
         ({"video": 3}, "video is 3"),
+        ({"video": ""}, "x.json: video is ''; it must be a text that is not empty"),
         ({"video": "caf\udce9.mkv"}, r"caf\\udce9.mkv: the name is not UTF-8"),
         ({"sha256": None}, "sha256 is None"),
         ({"tracker": []}, r"tracker is \[\]"),
