@@ -181,11 +181,12 @@ class Method(ipywidgets.HBox):
 
 def meaning(tracker: Tracker, name: str) -> str:
     """What a tracker's docstring says of one of its parameters, or of its filter's."""
-    text = inspect.getdoc(tracker) or ""
     names = rf"^[\w, ]*\b{name}\b[\w, ]*(?: : .*)?\n"  # "eta, gamma : float"
-    found = re.search(rf"{names}((?:    .*\n?)+)", text, re.MULTILINE)
-    if found:
-        return " ".join(found[1].split())
+    for kind in type(tracker).__mro__:  # what it inherits is described there
+        text = inspect.getdoc(kind) or ""
+        found = re.search(rf"{names}((?:    .*\n?)+)", text, re.MULTILINE)
+        if found:
+            return " ".join(found[1].split())
     inner = getattr(tracker, "filter", None)
     own = f"{name} of {type(tracker).__name__}"
     return own if inner is None else meaning(inner, name)

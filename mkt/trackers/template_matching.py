@@ -38,9 +38,9 @@ class TemplateMatching:
     Parameters
     ----------
     search : {"local", "global"}
-        Within `reach` times the box's own size on either side of the last estimate, or
-        all over the image.
+        Round the last estimate, or all over the image.
     reach : float
+        How far on either side of the last estimate, in sizes of the box.
     lost_above : float
         The distance beyond which the target is said to be lost.
 
