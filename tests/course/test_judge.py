@@ -1,5 +1,9 @@
 """A judge and the program of a student: what one piece does costs no other piece."""
 
+import json
+import os
+import subprocess
+import sys
 import time
 from collections import namedtuple
 from enum import Enum
@@ -12,6 +16,7 @@ from mkt.course.labs.judge import Judge, judged
 from mkt.course.labs.student import Cell, Student, TheirError, Trouble
 from mkt.course.labs.values import pack, unpack
 from mkt.course.labs.variants import LONGEST, written_name
+from mkt.files import ROOT
 from tests.course.toy_lab import GOOD, answer
 
 Point = namedtuple("Point", "x y")
@@ -42,6 +47,27 @@ def test_a_check_has_its_own_time_whatever_the_cells_took_before_it():
     late = Cell("late", "def late():\n    time.sleep(0.6)\n    return 1")
     checks = {"dies": "crash()", "is late": "assert late() == 1"}
     assert list(verdicts([crash, late, slow], checks)) == ["dies"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+def test_a_judge_that_is_ended_leaves_no_folder_behind(tmp_path):
+    endless = Cell("endless", "while True:\n    pass")
+    case = {"given": [], "checks": [], "theirs": [endless], "limit": 9, "boxed": False}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mkt.course.labs.judge"],
+        cwd=ROOT,
+        env=os.environ | {"TMPDIR": str(tmp_path)},
+        stdin=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    process.stdin.write(json.dumps(case))
+    process.stdin.close()
+    end = time.monotonic() + 20
+    while not list(tmp_path.iterdir()) and time.monotonic() < end:
+        time.sleep(0.01)
+    process.terminate()
+    assert process.wait(timeout=20) and not list(tmp_path.iterdir())
 
 
 def test_who_calls_back_without_end_is_stopped_in_time(monkeypatch):

@@ -13,6 +13,7 @@ import contextlib
 import io
 import json
 import os
+import signal
 import subprocess
 import sys
 import types
@@ -162,6 +163,8 @@ def judged(
 
 def main() -> None:
     """Judge the case on the standard input."""
+    # As Ctrl-C does, what `timeout` or a batch system sends leaves no folder behind.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     case = json.load(sys.stdin)
     given, checks, theirs = (
         [Cell(*cell) for cell in case[part]] for part in ("given", "checks", "theirs")
