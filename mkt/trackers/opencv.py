@@ -256,7 +256,7 @@ def _window(frame: Frame, region: Region) -> Window:
     left, right = np.clip(np.rint([x, x + w]), 0, width).astype(int).tolist()
     top, bottom = np.clip(np.rint([y, y + h]), 0, height).astype(int).tolist()
     if left == right or top == bottom:
-        why = "covers no whole pixel of the image; draw it round the target"
+        why = "covers no whole pixel of the image; choose a larger one"
         if outside(region, frame.shape):
             why = "lies outside the image; choose a box inside it"
         raise ValueError(f"the region {in_words(region)} {why}")
