@@ -213,7 +213,7 @@ def synthetic(
 ) -> Board:
     """Trackers, all by default, on drawn scenes of all kinds by default.
 
-    Each seed has a path of its own; its item and its ground are two of four each, see
+    Each seed has a path of its own; its item is one of four, and so is its ground, see
     `mkt.scenes.drawn`.  Raises as `recorded` does, and for an unknown kind.
     """
     trackers = _trackers(names, seeds)

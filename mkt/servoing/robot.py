@@ -118,7 +118,7 @@ def circle(
     period : float [s]
         Of one turn.
     length : float [s]
-        The last way-point is a tenth of a second before.
+        Of the path; its last way-point is a tenth of a second before this.
     heading : float [rad]
     """
     t = np.arange(0, length, 0.1)
