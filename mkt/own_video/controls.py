@@ -194,9 +194,9 @@ def meaning(tracker: Tracker, name: str) -> str:
 
 def _number(name: str, value: float, tooltip: str) -> ipywidgets.Widget:
     kind = ipywidgets.IntText if type(value) is int else ipywidgets.FloatText
-    style = {"description_width": "5.5em"}
+    style = {"description_width": "7em"}
     words = {"tooltip": tooltip, "style": style}
-    return kind(value, description=name, layout={"width": "11em"}, **words)
+    return kind(value, description=name, layout={"width": "12.5em"}, **words)
 
 
 class Report(ipywidgets.VBox):
