@@ -93,7 +93,7 @@ WORDS = {
     "tracker": "who follows the target",
     "tree": "the width of the tree [px]",
     "turn": "clockwise rotation [deg]",
-    "turned": "how far the object has turned",
+    "turned": "how far the object has turned [deg]",
     "van": "what becomes of it: it takes other colours, it turns, or neither",
     "wall": "where the middle of the wall is [px]",
     "width": "of the box, as a share of the picture",
