@@ -34,11 +34,13 @@ def one_of(specification: Any, **known: Collection[str]) -> None:
         Field name -> its possible values.
     """
     for field, values in known.items():
-        value = getattr(specification, field)
-        if value not in values:
-            raise ValueError(
-                f"{field} is {value!r}; it must be one of {', '.join(values)}"
-            )
+        check_known(field, getattr(specification, field), values)
+
+
+def check_known(name: str, value: Any, values: Collection[str]) -> None:
+    """Refuse an argument, or a field, whose value is not a known one."""
+    if value not in values:
+        raise ValueError(f"{name} is {value!r}; it must be one of {', '.join(values)}")
 
 
 def numbers(

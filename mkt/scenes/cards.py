@@ -10,6 +10,7 @@ Shown in notebook 16.
 
 import numpy as np
 
+from mkt.checks import check_known
 from mkt.scenes.drawn import GROUNDS
 from mkt.scenes.layers import Layer
 from mkt.scenes.paths import LENGTH, Path, as_path, roaming, way
@@ -39,8 +40,7 @@ def card(kind: str, seed: int) -> Scene:
     ValueError
         For an unknown kind.
     """
-    if kind not in KINDS:
-        raise ValueError(f"kind is {kind!r}; it must be one of {', '.join(KINDS)}")
+    check_known("kind", kind, KINDS)
     rng = np.random.default_rng((16, seed))
     path = roaming(rng, every=EVERY, turn=0.3, growth=0.2)
     item, ground = CARDS[seed % 4], GROUNDS[seed // 4 % 4]

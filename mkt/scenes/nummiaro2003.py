@@ -10,6 +10,7 @@ the van's side has other colours than its rear.
 
 import numpy as np
 
+from mkt.checks import check_known
 from mkt.scenes.layers import Layer
 from mkt.scenes.paths import Path, as_path, standing, way
 from mkt.scenes.rendering import Scene
@@ -138,8 +139,7 @@ def traffic(seed: int, look: str = "fades", growth: float = 1.8) -> Scene:
     ValueError
         For any other look.
     """
-    if look not in LOOKS:
-        raise ValueError(f"look is {look!r}; it must be one of {', '.join(LOOKS)}")
+    check_known("look", look, LOOKS)
     rng = np.random.default_rng((13, seed))
     times = np.arange(0.0, 176, 25)
     x = np.clip(160 + np.cumsum(rng.normal(0, 22, 8)), 90, 230)

@@ -95,8 +95,7 @@ def columns(kernels: Kernels, group: str) -> Array:
     ValueError
         For an unknown group.
     """
-    if group not in GROUPS:
-        raise ValueError(f"group is {group!r}; it must be one of {', '.join(GROUPS)}")
+    checks.check_known("group", group, GROUPS)
     points = kernels.points * kernels.half_sides
     dense = columns_at(kernels.weights, kernels.slopes, points, GROUPS[group])
     pairs = template(kernels)
