@@ -27,6 +27,7 @@ from mkt.course.book import (
     pages,
     pictures,
 )
+from mkt.course.book.pictures import FILM
 from mkt.course.book.site import prepare, rendered, write
 from mkt.course.labs.notebooks import labs
 from mkt.experiments import claims, leaderboard, shipped
@@ -171,6 +172,20 @@ def test_a_card_of_the_gallery_plays_what_the_first_slider_shows(site):
     assert all(
         (site / one).is_file() for each in played.values() for one in each.split()
     )
+
+
+def test_the_first_page_s_film_ends_within_five_seconds(site):
+    """What moves by itself for longer must have a button that stops it (WCAG 2.2.2)."""
+    path = site / FILES / FILM
+    film = path.read_bytes()
+    flags = film.index(b"elst") + 5
+    assert film[flags : flags + 3] == b"\0\0\0"  # the last one: again and again
+    lasting = 0
+    with Image.open(path) as opened:
+        for picture in ImageSequence.Iterator(opened):
+            picture.load()
+            lasting += picture.info["duration"]
+    assert 0 < lasting < 5000
 
 
 def test_every_notebook_is_in_the_catalogue():
