@@ -56,19 +56,31 @@ def close_up(
     ValueError
         For an array that is not a frame.
     """
-    part, origin = cut_out(frame, regions, pitch)
+    part, origin = cut_out(frame, *_surroundings(regions, pitch), pitch)
     return replace(bins(relit(part, gains)), origin=origin, pitch=pitch)
 
 
 def cut_out(
-    frame: Frame, regions: Regions, pitch: int
+    frame: Frame, low: Array, high: Array, pitch: int
 ) -> tuple[Frame, tuple[float, float]]:
-    """The part of a frame round some regions, and where its first pixel lies [px].
+    """The part of a frame from `low` to `high`, and where its first pixel lies.
 
-    The arguments and the errors are those of `close_up`.
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8 array, RGB
+    low, high : (2,) arrays [px]
+        The least and the largest x and y; what lies outside the frame is left out.
+    pitch : int [px]
+        Of `fitting_pitch`.
+
+    Raises
+    ------
+    ValueError
+        For an array that is not a frame.
     """
     frame = checked_frame(frame)
-    x, y = _span(frame.shape[:2], regions, pitch)
+    spans = zip(low, high, frame.shape[1::-1], strict=True)
+    x, y = (_span(*span, pitch) for span in spans)
     part = frame[y[0] : y[1], x[0] : x[1]]
     if pitch > 1:
         sides = max((x[1] - x[0]) // pitch, 1), max((y[1] - y[0]) // pitch, 1)
@@ -77,21 +89,22 @@ def cut_out(
     return np.ascontiguousarray(part), (x[0] + first, y[0] + first)
 
 
-def _span(shape: tuple[int, ...], regions: Regions, pitch: int) -> list[list[int]]:
-    """First pixel and the one after the last, along x and along y.
-
-    Each span is a multiple of the pitch, where the frame is no smaller; all of the
-    frame where no region is finite.
-    """
+def _surroundings(regions: Regions, pitch: int) -> tuple[Array, Array]:
+    """From where to where hypotheses may lie or go; everywhere where none is finite."""
     regions = regions[np.isfinite(regions).all(1)]
     if not len(regions):
-        return [[0, shape[1]], [0, shape[0]]]
+        return np.full(2, -np.inf), np.full(2, np.inf)
     reach = np.hypot(*regions[:, 3:].T) + MARGIN * size(regions).max() + 2 * pitch
     low, high = regions[:, :2].T - reach, regions[:, :2].T + reach
-    spans = []
-    for start, end, side in zip(low.min(1), high.max(1), shape[::-1], strict=True):
-        start = int(np.clip(start, 0, max(side - 2 * pitch, 0)))
-        end = int(np.clip(np.ceil(end), start + 2 * pitch, side))
-        pixels = max((end - start) // pitch, 1)
-        spans.append([start, min(start + pixels * pitch, side)])
-    return spans
+    return low.min(1), high.max(1)
+
+
+def _span(low: float, high: float, side: int, pitch: int) -> tuple[int, int]:
+    """First pixel along one side of the frame, and the one after the last.
+
+    It is a multiple of the pitch, where the frame is no smaller.
+    """
+    start = int(np.clip(low, 0, max(side - 2 * pitch, 0)))
+    end = int(np.clip(np.ceil(high), start + 2 * pitch, side))
+    pixels = max((end - start) // pitch, 1)
+    return start, min(start + pixels * pitch, side)

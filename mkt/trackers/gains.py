@@ -19,7 +19,7 @@ from mkt.colors import Bins
 from mkt.histograms import Target, coefficient
 from mkt.regions import warp_matrices
 from mkt.trackers.newton import count, template
-from mkt.types import Array, Frame, Region
+from mkt.types import Array, Frame, NDArray, Region
 
 BOUNDS = 0.25, 4.0  # of a gain: two stops up or down
 
@@ -76,7 +76,8 @@ def followed(light: Light, frame: Frame, region: Region, rate: float = 0.3) -> L
     told = np.median(_means(light.target, pixels) / light.colors, axis=0)
     nearer = np.clip(light.gains ** (1 - rate) * told**rate, *BOUNDS)
     candidates = [light.gains, nearer, light.gains**0.9]
-    likeness = [_likeness(light, relit(pixels, gains)) for gains in candidates]
+    colors = np.concatenate([relit(pixels, gains) for gains in candidates])
+    likeness = [_likeness(light, labels) for labels in light.bins(colors).labels]
     return light._replace(gains=candidates[int(np.argmax(likeness))])
 
 
@@ -95,8 +96,8 @@ def _means(target: Target, pixels: Frame) -> Array:
     return np.maximum(target.kernels.weights @ pixels[0], 1.0)
 
 
-def _likeness(light: Light, pixels: Frame) -> float:
-    """The mean Bhattacharyya coefficient of pixels (1, n, 3) at the sample points."""
-    target, labels = light.target, light.bins(pixels).labels[0]
+def _likeness(light: Light, labels: NDArray) -> float:
+    """The mean Bhattacharyya coefficient of bins (n,) at the sample points."""
+    target = light.target
     q = count(target, labels, template(target.kernels).columns[:, :1])[..., 0]
     return coefficient(q, target.q).mean()

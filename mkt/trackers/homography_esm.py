@@ -201,26 +201,27 @@ def esm_step(
         Of the two pictures before the step, in [-1, 1].
     """
     h, w = picture.shape
-    inside = np.isfinite(seen)
-    wanted = _standard(picture, inside)
-    found = _standard(np.where(inside, seen, picture), inside)
+    finite = np.isfinite(seen)
+    inside = finite.ravel().astype(np.float32)
+    wanted = _standard(picture.ravel(), inside)
+    found = _standard(np.where(finite, seen, picture).ravel(), inside)
     mean = (wanted + found) / 2
-    slopes = _slopes(mean) * inside.ravel()
+    slopes = _slopes(mean.reshape(h, w)) * inside
     jacobian = np.einsum("cn,cin->in", slopes, _motions(w, h, motions))
     # What brings pictures to mean 0 and variance 1 does the same to their derivatives:
     # without it a step left four times as much of a small displacement.
-    light = np.reshape([inside, mean * inside], (2, -1)).astype(np.float32)
+    light = np.array([inside, mean * inside])
     light /= np.maximum(np.sqrt((light**2).sum(1, keepdims=True)), 1e-9)  # flat: 0
     jacobian -= (jacobian @ light.T) @ light
-    normal, slope = jacobian @ jacobian.T, jacobian @ (found - wanted).ravel()
+    normal, slope = jacobian @ jacobian.T, jacobian @ (found - wanted)
     step = -np.linalg.lstsq(normal.astype(float), slope.astype(float), rcond=1e-9)[0]
-    return step, float(np.mean(wanted * found, where=inside))
+    return step, float(_mean(wanted * found, inside))
 
 
 def _slopes(image: NDArray) -> NDArray:
     """Central differences along x and y, (2, h w)."""
     along = [cv2.Sobel(image, -1, *to, ksize=1, scale=0.5) for to in ((1, 0), (0, 1))]
-    return np.reshape(along, (2, -1))
+    return np.array(along).reshape(2, -1)
 
 
 @lru_cache(maxsize=8)
@@ -253,6 +254,14 @@ def _to_square(w: int, h: int) -> Array:
 
 
 def _standard(picture: NDArray, inside: NDArray) -> NDArray:
-    """A picture with mean 0 and variance 1 inside of the frame."""
-    deviation = max(float(picture.std(where=inside)), 1e-6)
-    return (picture - picture.mean(where=inside)) / deviation
+    """A picture (n,) with mean 0 and variance 1 inside of the frame."""
+    centred = picture - _mean(picture, inside)
+    return centred / max(_mean(centred**2, inside) ** 0.5, 1e-6)
+
+
+def _mean(values: NDArray, inside: NDArray) -> NDArray:
+    """The mean of (n,) values over those inside, where (n,) is 1; elsewhere it is 0.
+
+    As a product: numpy's own means over a part take five times as long.
+    """
+    return values @ inside / inside.sum()

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 
 from mkt.homographies import PARAMETERS, of_regions
+from mkt.regions import corners, size
 from mkt.trackers.close_up import cut_out
 from mkt.trackers.homography_esm import esm_step, facing, in_view
 from mkt.trackers.newton import moved
@@ -21,6 +22,7 @@ from mkt.types import Array, Frame, NDArray, Region
 PIXELS = 900  # of a picture, about
 SHORTEST = 8  # [px] side of a picture
 BLUR = 5, 5  # [px] of the Gaussian that smooths a close-up
+ROOM = 0.25  # of the object's size, for the steps to walk in
 STEPS = 2
 MOTIONS = tuple(PARAMETERS.index(name) for name in ("tau_x", "tau_y", "theta", "log s"))
 
@@ -88,7 +90,10 @@ def aligned(
 
 
 def _close_up(frame: Frame, region: Region, pitch: int) -> _CloseUp:
-    part, origin = cut_out(frame, region[None], pitch)
+    outline = corners(region)
+    room = ROOM * size(region) + (2 + BLUR[0]) * pitch
+    low, high = outline.min(0) - room, outline.max(0) + room
+    part, origin = cut_out(frame, low, high, pitch)
     grey = cv2.cvtColor(part, cv2.COLOR_RGB2GRAY).astype(np.float32)
     return _CloseUp(cv2.GaussianBlur(grey, BLUR, 0), np.array(origin), pitch)
 

@@ -275,7 +275,7 @@ def newton_step(
         )
     seen = np.flatnonzero(q > EMPTY)
     root = np.sqrt(q.ravel()[seen])
-    jacobian = dq.reshape(-1, dq.shape[-1])[seen] / root[:, None]
+    jacobian = dq.reshape(-1, dq.shape[-1]).take(seen, 0) / root[:, None]
     error = root - np.sqrt(reference.ravel()[seen])
     weighted = jacobian
     if trust is not None:

@@ -47,9 +47,9 @@ def test_a_pixel_of_a_small_close_up_is_the_mean_of_its_block():
     """Not one of them: noise goes down with the size."""
     frame = np.zeros((240, 320, 3), np.uint8)
     frame[::2, ::2] = frame[1::2, 1::2] = 200  # a fine chequerboard
-    region = np.array([[150.0, 115.0, 0.0, 24.0, 18.0]])
-    part, _ = cut_out(frame, region, 2)
-    assert (part == 100).all()
+    part, origin = cut_out(frame, np.array([101.3, 80.0]), np.array([180.0, 150.9]), 2)
+    assert (part == 100).all() and part.shape == (35, 39, 3)
+    assert origin == (101.5, 80.5)
 
 
 @pytest.mark.parametrize("axis", [0, 1])
