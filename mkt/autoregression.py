@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mkt.checks import are_finite
+from mkt.checks import in_a_tuple
 from mkt.particles import Particles
 from mkt.regions import HX, size
 from mkt.types import Array, ArrayLike, Regions, Rng
@@ -58,8 +58,8 @@ class AutoRegression:
             ("spread", 0, "three finite numbers from 0 on"),
         ):
             value = getattr(self, field)
-            if not (are_finite(value, 3) and np.min(value) >= least):
-                raise ValueError(f"{field} is {value}; it must be {need}")
+            if not (in_a_tuple(value, 3) and np.min(value) >= least):
+                raise ValueError(f"{field} is {value}; it must be a tuple of {need}")
 
     def scatter(self, region: ArrayLike, n: int, rng: Rng) -> Particles:
         """Some particles at a region (5,), each with a change of its own."""

@@ -52,15 +52,20 @@ def numbers(
     """Refuse a field that is no number, or NaN, or not such a one as is needed."""
     for field in fields:
         value = getattr(specification, field)
-        if not isinstance(value, Real):
+        if not _is_real(value):
             raise ValueError(f"{field} is {value!r}; it must be a number")
         if not fits(value):
             raise ValueError(f"{field} is {value}; {need}")
 
 
+def _is_real(value: Any) -> bool:
+    """True is no number, although Python counts it among them."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
 def is_number(value: Any, least: float) -> bool:
     """Whether this is a finite number from `least` on."""
-    return isinstance(value, Real) and least <= float(value) < np.inf
+    return _is_real(value) and least <= float(value) < np.inf
 
 
 def are_finite(numbers: Any, *shape: int | None) -> bool:
@@ -72,6 +77,14 @@ def are_finite(numbers: Any, *shape: int | None) -> bool:
     fits = array.ndim == len(shape) and array.size > 0
     fits = fits and all(n in (None, m) for n, m in zip(shape, array.shape, strict=True))
     return bool(fits and np.isfinite(array).all())
+
+
+def in_a_tuple(numbers: Any, *shape: int | None) -> bool:
+    """Whether numbers `are_finite` and in a tuple.
+
+    What has them for a field can then be kept under its name: a list has no hash.
+    """
+    return isinstance(numbers, tuple) and are_finite(numbers, *shape)
 
 
 def positive(specification: Any, *fields: str) -> None:
@@ -94,7 +107,8 @@ def shares(specification: Any, *fields: str) -> None:
 
 def is_whole(value: Any, least: int) -> bool:
     """Whether this is a whole number, Python's or numpy's, from `least` on."""
-    return isinstance(value, int | np.integer) and bool(value >= least)
+    whole = isinstance(value, int | np.integer) and _is_real(value)
+    return whole and bool(value >= least)
 
 
 def check_seed(seed: Any) -> None:

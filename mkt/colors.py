@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from mkt import checks
-from mkt.checks import LONGEST, are_finite, checked_frame, one_of, shares
+from mkt.checks import LONGEST, checked_frame, in_a_tuple, one_of, shares
 from mkt.types import Frame, NDArray
 
 SPACES = {"hsv": (10, 10, 10), "rgb": (8, 8, 8), "hs": (10, 10)}
@@ -69,6 +69,7 @@ class BinImage:
     pitch: int = 1
 
     def __post_init__(self):
+        checks.numbers(self, "m")
         for labels in self.layers:
             self._check(labels)
         checks.counts(self, "m")
@@ -206,9 +207,9 @@ class ColorBins:
         one_of(self, space=SPACES)
         if self.counts is not None:
             _check_counts(self.counts, len(SPACES[self.space]), f"{self.space} takes")
-        if not are_finite(self.shift, 3):
+        if not in_a_tuple(self.shift, 3):
             raise ValueError(
-                f"shift is {self.shift}; give three finite numbers, in bins"
+                f"shift is {self.shift}; give a tuple of three finite numbers, in bins"
             )
         _check_m(self.m, self.counts)
         shares(self, "s_min", "v_min")
@@ -339,7 +340,14 @@ class Joined:
     shares: tuple[float, ...]
 
     def __post_init__(self):
-        if not self.parts or len(self.parts) != len(self.shares):
+        if not (isinstance(self.parts, tuple) and in_a_tuple(self.shares, None)):
+            raise ValueError(
+                f"parts is {self.parts} and shares is {self.shares}; give a tuple of "
+                "bins and a tuple of as many finite numbers"
+            )
+        for part in self.parts:
+            of_bins(part)
+        if len(self.parts) != len(self.shares):
             raise ValueError(
                 f"shares has {len(self.shares)} numbers for {len(self.parts)} parts; "
                 "give one share for each of at least one part"

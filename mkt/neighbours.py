@@ -170,12 +170,13 @@ def circular_emd(p: ArrayLike, q: ArrayLike) -> Array:
 
 def bhattacharyya(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
     """d^2 = 1 - rho, (...) in [0, 1]: bins (..., m) have no neighbours."""
-    return 1 - coefficient(q, reference)
+    return np.maximum(1 - coefficient(q, reference), 0)  # rounding, as in `distance`
 
 
 def smoothed(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
     """d^2 = 1 - rho(q S, q* S), (...) in [0, 1], of histograms (..., m)."""
-    return 1 - coefficient(shared(q, bins), shared(reference, bins))
+    rho = coefficient(shared(q, bins), shared(reference, bins))
+    return np.maximum(1 - rho, 0)
 
 
 def quadratic(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mkt.checks import LONGEST
-from mkt.colors import BinImage, ColorBins, JointHSV
+from mkt.colors import BinImage, ColorBins, Joined, JointHSV
 from mkt.histograms import coefficient, histograms
 from mkt.kernels import LAYOUTS, PROFILES, Kernels
 from mkt.particles import SCHEMES, EllipseMotion, Motion
@@ -395,6 +395,17 @@ def test_bins_at_the_limits_are_numbered_within_them(space, counts):
         (lambda: SSD(spans=(0,)), "spans"),
         (lambda: SSD(spans=1.0), "spans"),
         (lambda: SSD(sizes=(0, 1)), "sizes"),
+        (lambda: SSD(sizes=[0.3, 3]), "sizes"),
+        (lambda: ColorBins(shift=[0.0, 0.0, 0.0]), "shift"),
+        (lambda: PlaneCombined(spread=[0.1]), "spread"),
+        (lambda: PlaneCombined(ssd=SSD()), "ssd"),
+        (lambda: PlaneCombined(kernels="tiles"), "kernels"),
+        (lambda: Adaptive(disc="round"), "disc"),
+        (lambda: ParticleFilter(n=True), "n"),
+        (lambda: SSD(lost_above=True), "lost_above"),
+        (lambda: BinImage(np.zeros((2, 2), np.uint8), "all"), "m"),
+        (lambda: Joined(("hsv", "rgb"), (1, 1)), "bins"),
+        (lambda: Joined((ColorBins(),), 1), "parts"),
         (lambda: Guided(n=-3), "n"),
         (lambda: Guided(steps=0), "steps"),
         (lambda: Guided(starts=-1), "starts"),

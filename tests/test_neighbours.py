@@ -135,3 +135,10 @@ def test_soft_bins_begin_with_the_borders_of_their_bins():
         votes = hues(of_hue(hue), half)
         assert (votes == hues(of_hue(hue + 9), SoftBins())).all()
         assert (votes != hues(of_hue(hue), SoftBins())).any()
+
+
+@pytest.mark.parametrize("measure", MEASURES.values(), ids=MEASURES)
+def test_no_rounding_makes_a_squared_distance_negative(measure):
+    """Of equal histograms in single precision; its root would be NaN."""
+    q = np.random.default_rng(0).dirichlet(np.ones(110), 200).astype(np.float32)
+    assert np.min(measure(q, q, ColorBins())) >= 0

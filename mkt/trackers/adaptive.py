@@ -160,6 +160,7 @@ class Adaptive:
     def __post_init__(self):
         of_bins(self.bins)
         checks.of_kind(self.motion, EllipseMotion, "motion", "give an EllipseMotion()")
+        checks.of_kind(self.disc, Disc, "disc", "give a Disc()")
         checks.counts(self, "n", "patience")
         checks.positive(self, "sigma")
         checks.shares(self, "alpha", "rho_min", "b")

@@ -17,7 +17,7 @@ import numpy as np
 from mkt import checks
 from mkt.histograms import Target, distance, learn, log_likelihood
 from mkt.homographies import as_region, moved
-from mkt.kernels import Kernels
+from mkt.kernels import Kernels, of_kernels
 from mkt.particles import (
     covariance,
     effective_sample_size,
@@ -74,11 +74,13 @@ class PlaneCombined:
     def __post_init__(self):
         checks.counts(self, "n")
         checks.numbers(self, "threshold")
-        given = checks.are_finite(self.spread, None)
+        of_kernels(self.kernels, "kernels")
+        checks.of_kind(self.ssd, PlaneSSD, "ssd", "give a PlaneSSD()")
+        given = checks.in_a_tuple(self.spread, None)
         if not given or len(self.spread) > 8 or min(self.spread) < 0:
             raise ValueError(
-                f"spread is {self.spread}; give a number from 0 on for each of the "
-                "first parameters that shall scatter, at most 8"
+                f"spread is {self.spread}; give a tuple, with a number from 0 on for "
+                "each of the first parameters that shall scatter, at most 8"
             )
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> PlaneCombinedState:

@@ -14,7 +14,7 @@ import numpy as np
 from mkt import checks
 from mkt.checks import checked_frame, checked_region
 from mkt.regions import CX, CY, HX, HY
-from mkt.tracking import Info, Tracker
+from mkt.tracking import Info, Tracker, check_tracker
 from mkt.types import Array, Frame, Region, Regions, Rng
 
 LENGTHS = [CX, CY, HX, HY]
@@ -33,13 +33,14 @@ class Scaled:
     Raises
     ------
     ValueError
-        For another scale.
+        For another scale, and what is no tracker.
     """
 
     tracker: Tracker
     scale: float
 
     def __post_init__(self):
+        check_tracker(self.tracker)
         checks.numbers(
             self,
             "scale",
@@ -62,7 +63,12 @@ class Scaled:
                 f"scale is {self.scale:g}, which leaves less than a pixel of the "
                 "target; choose a larger one"
             )
-        return self.tracker.init(shrunk, region, rng)
+        try:
+            return self.tracker.init(shrunk, region, rng)
+        except ValueError as error:
+            raise ValueError(
+                f"in frames at the scale {self.scale:g}: {error}"
+            ) from error
 
     def step(self, state: Any, frame: Frame, rng: Rng) -> tuple[Any, Info]:
         """What the tracker finds in the shrunk frame, in pixels of the whole one."""

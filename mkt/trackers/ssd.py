@@ -78,16 +78,17 @@ class SSD:
         checks.numbers(self, "lost_above")
         of_kernels(self.kernels, "kernels")
         self.kernels.check_slopes()
-        given = isinstance(self.spans, tuple) and checks.are_finite(self.spans, None)
+        given = checks.in_a_tuple(self.spans, None)
         if not given or min(self.spans) <= 0:
             raise ValueError(
                 f"spans is {self.spans}; give a tuple of positive factors on the "
                 "kernels' span, such as (1,)"
             )
-        given = checks.are_finite(self.sizes, 2)
+        given = checks.in_a_tuple(self.sizes, 2)
         if not given or not 0 < self.sizes[0] <= self.sizes[1]:
             raise ValueError(
-                f"sizes is {self.sizes}; give a smaller and a larger positive factor"
+                f"sizes is {self.sizes}; give a tuple of a smaller and a larger "
+                "positive factor"
             )
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> SSDState:

@@ -74,3 +74,14 @@ def test_a_scale_that_leaves_nothing_of_a_frame_is_told():
 def test_another_scale_is_refused(scale):
     with pytest.raises(ValueError, match="scale is"):
         Scaled(SSD(), scale)
+
+
+def test_what_is_no_tracker_is_refused():
+    with pytest.raises(ValueError, match="'ssd' is no tracker"):
+        Scaled("ssd", 0.5)
+
+
+def test_a_refusal_says_at_which_scale_its_numbers_are():
+    frame, region = np.zeros((60, 80, 3), np.uint8), np.array([0.0, 0, 0.3, 20, 16])
+    with pytest.raises(ValueError, match=r"at the scale 0.5: .*\(-0.25, -0.25"):
+        Scaled(SSD(), 0.5).init(frame, region, np.random.default_rng(0))
