@@ -442,7 +442,7 @@ def fig5(fig: Figure, *, particles: int = 100, bins: str = "rgb 8x8x8") -> Shown
     as the pixels, as a direct (3) would need, and with the fixed grid that the tracker
     uses, whose cost does not depend on the size.  The slope in a doubly logarithmic
     plot is the exponent.  The print has the times of its person and its car at 800 MHz,
-    and says that they depend on the size of the region; ours do not.
+    and says that they depend on the size of the region; ours hardly do.
     """
     tracker = Adaptive(n=particles, bins=BINS[bins])
     by_frame = {name: step_costs(tracker, name) for name in TARGETS}
