@@ -181,6 +181,18 @@ def test_who_waits_is_found_again_in_the_first_frame_after_it():
     assert sequences.found_again(waiting[:30], 25) == 25 + 20  # it never waits
 
 
+def test_points_keep_the_colour_of_the_mode_that_placed_them():
+    modes = np.array(["", "tracking", "initialising", "initialising", "tracking"])
+    samples = {"particles": np.tile(BOX, (5, 3, 1)), "positives": np.zeros(5)}
+    info = {"mode": modes} | samples
+    track = Track(np.tile(BOX, (5, 1)), np.ones(5), modes == "initialising", info)
+    colors = []
+    for ax, k in zip(new_figure((4, 1)).subplots(1, 4), range(1, 5), strict=True):
+        sequences.draw_mode(ax, clip([1] * 5), track, k)
+        colors.append(ax.lines[0].get_color())
+    assert colors == ["black", "black", "white", "white"]
+
+
 def test_the_background_is_covered_by_the_share_below_the_limit():
     ax = new_figure((3, 2)).subplots()
     around = np.array([0.1, 0.2, 0.3, 0.9])

@@ -51,7 +51,7 @@ def modes(
         draw_line(right, tracker.b * tracker.n, tracker.n)
 
     def draw(k: int) -> None:
-        draw_mode(left, clip, track, k, waiting[k])
+        draw_mode(left, clip, track, k)
         times = np.arange(k + 1)
         shade_frames(right, times, waiting[: k + 1])
         right.plot(times, track.info["positives"][: k + 1], color=PERSON, lw=1.6)

@@ -268,18 +268,19 @@ def fig6(
     around frames 45 and 165, a tree hides the student around frame 101, and in the end
     the student leaves.  Dashed the true place.  Green is the estimate in the mode
     "tracking", with the samples' centres as black points; in the mode "initialising"
-    there is no estimate, and white points are where the samples wait.  The square in a
-    title is green in the one mode and grey in the other.  tree: its width
-    [px], which sets how long the student is hidden.  The model does not learn here.  As
-    in the print the student is lost behind the tree and found again; the real sequence
-    cannot be had.
+    there is no estimate, and white points are where the samples wait.  In the first
+    frame of a mode they still stand as the other one placed them.  The square in a
+    title is green in the one mode and grey in the other.  tree: its width [px], which
+    sets how long the student is hidden.  The model does not learn here.  As in the
+    print the student is lost behind the tree and found again; the real sequence cannot
+    be had.
     """
     clip, track, waiting = student_run(b, placement, particles, tree)
     again = found_again(waiting, TREE)
     first, second = PASSES
     frames = sorted([30, first, first + 12, TREE, again, again + 15, second, 215])
     for ax, k in zip(_tiles(fig, 2, 4, top=0.935).flat, frames, strict=True):
-        draw_mode(ax, clip, track, k, waiting[k])
+        draw_mode(ax, clip, track, k)
     return shown(_student_table(clip, track, waiting), frames=frames)
 
 
@@ -299,10 +300,12 @@ def found_again(waiting: NDArray, frame: int) -> int:
     return frame + (int(ahead[0]) if len(ahead) else 20)
 
 
-def draw_mode(ax: Axes, clip: Clip, track: Track, k: int, waiting: bool) -> None:
-    """A frame with the samples, and the estimate where there is one."""
+def draw_mode(ax: Axes, clip: Clip, track: Track, k: int) -> None:
+    """A frame after the first with the samples, and the estimate where there is one."""
     show_frame(ax, clip.frames[k])
-    color, dots = (MISSED, "white") if waiting else (WITH, SAMPLE)
+    before, waiting = track.info["mode"][[k - 1, k]] == INITIALISING
+    color = MISSED if waiting else WITH
+    dots = "white" if before else SAMPLE  # a mode is changed once they are placed
     mode, positives = track.info["mode"][k], track.info["positives"][k]
     ax.set_title("\N{BLACK SQUARE}", loc="left", color=color, fontsize=9.5)
     ax.set_title(f"{k}: {mode}, {positives:.0f} appear", fontsize=9.5)
