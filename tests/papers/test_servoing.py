@@ -391,7 +391,7 @@ def test_a_film_can_have_the_axis_of_another(pictures):
     followed, run, frames = pictures
     largest = 100 * np.abs(run.errors[:, :2]).max()
     *_, flat = film(followed, run, largest=largest)
-    color = np.rint(255 * np.array(to_rgb(CONTRAST[1])))
+    color = np.rint(255 * np.array(to_rgb(CONTRAST[0])))
     own, other = (
         np.flatnonzero((picture[60:, 320:] == color).all(-1).any(1))
         for picture in (frames[-1], flat)

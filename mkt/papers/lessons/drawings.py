@@ -253,14 +253,14 @@ def bells(
 def _draw_bells(ax: Axes) -> None:
     prior, measured = (0.0, 4.0), (3.0, 2.0)
     shown = {
-        "predicted, $P$": (prior, BLUE),
-        "measured, $R$": (measured, ORANGE),
-        "corrected": (bells(prior, measured), CURRENT),
+        "predicted, $P$": (prior, BLUE, "--"),
+        "measured, $R$": (measured, PURPLE, "-"),
+        "corrected": (bells(prior, measured), BLUE, "-"),
     }
     x = np.linspace(-6, 8, 200)
-    for name, ((mean, variance), color) in shown.items():
+    for name, ((mean, variance), color, dashes) in shown.items():
         height = np.exp(-((x - mean) ** 2) / 2 / variance) / np.sqrt(variance)
-        ax.plot(x, height, color=color, label=name, lw=2)
+        ax.plot(x, height, dashes, color=color, label=name, lw=2)
     ax.set(yticks=[], xticks=[], xlabel="velocity of the car", xlim=(-6, 8))
     ax.set_ylim(0, 1.35)
     ax.legend(loc="upper left", borderaxespad=0, labelspacing=0.2)

@@ -9,13 +9,14 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mkt.figures.film import drawn
-from mkt.papers.teuliere2009.servoing import draw_view
-from mkt.plotting import CONTRAST, DESIRED, in_style, new_figure
+from mkt.papers.teuliere2009.servoing import COLOR, OFF_COLOR, draw_view
+from mkt.plotting import DASHES, DESIRED, in_style, new_figure
 from mkt.servoing.loop import Experiment, Run
+from mkt.servoing.self_motion import OFF
 from mkt.types import Frame
 
 DPI = 80
-COLORS = {"$x_n$": CONTRAST[0], "$y_n$": CONTRAST[1]}
+STYLES = {"$x_n$": DASHES[1], "$y_n$": DASHES[0]}
 
 
 def film(
@@ -25,6 +26,8 @@ def film(
     largest: float | None = None,
 ) -> Iterator[Frame]:
     """The pictures of a run, one after the other.
+
+    Its errors have the colour of figure 10: blue with compensation, orange without.
 
     Parameters
     ----------
@@ -40,6 +43,7 @@ def film(
     ------
     (H, W, 3) uint8 RGB array
     """
+    color = _color(experiment)
     with in_style():
         fig = new_figure(size, DPI)
         left = fig.add_axes((0.015, 0.02, 0.458, 0.87))  # the view fills its axes
@@ -52,10 +56,14 @@ def film(
     def draw(k: int) -> None:
         said = ", target lost" if run.lost[k] else ""
         draw_view(left, experiment, run, k, f"frame {k}{said}")
-        for color, errors in zip(COLORS.values(), run.errors[: k + 1].T, strict=False):
-            right.plot(np.arange(k + 1), errors, color=color, lw=2)
+        for dashes, errors in zip(STYLES.values(), run.errors[: k + 1].T, strict=False):
+            right.plot(np.arange(k + 1), errors, dashes, color=color, lw=2)
 
     return drawn(fig, draw, range(len(run.times)))
+
+
+def _color(experiment: Experiment) -> str:
+    return OFF_COLOR if experiment.servo.filter == OFF else COLOR
 
 
 def _prepare(ax: Axes, experiment: Experiment, run: Run) -> None:
@@ -63,6 +71,6 @@ def _prepare(ax: Axes, experiment: Experiment, run: Run) -> None:
     ax.axhline(0, color=DESIRED, lw=1)
     ax.set_xlim(0, len(run.times) - 1)
     ax.set(xlabel=f"frame, {1 / experiment.servo.dt:g} per second", ylabel="error")
-    for name, color in COLORS.items():
-        ax.plot([], [], color=color, lw=2, label=name)
+    for name, dashes in STYLES.items():
+        ax.plot([], [], dashes, color=_color(experiment), lw=2, label=name)
     ax.legend(loc="lower left", ncols=2, bbox_to_anchor=(0, 1), borderaxespad=0.1)

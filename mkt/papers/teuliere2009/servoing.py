@@ -42,8 +42,8 @@ FEATURES = {  # how far off a perfect tracker's are made [px]
     "3 px": 3.0,
     "5 px": 5.0,
 }
-COLOR, OFF_COLOR, _ = CONTRAST
-CAR_COLOR = "#3b6fb6"
+COLOR, OFF_COLOR, MEASURED_COLOR = CONTRAST  # with compensation, without it, raw
+CAR_COLOR = "0.45"
 # Columns of tables.
 CAR = ("car X [m]", "car Y [m]", "car theta [rad]")
 CAMERA = ("camera X [m]", "camera Y [m]", "camera Z [m]")
@@ -162,7 +162,7 @@ def fig8(
     """Tracking a moving object.
 
     Simulated: the paper has a photograph of its gantry robot.  Left, the table with the
-    car (blue) and its path (black), and above it the camera with what it sees (green);
+    car (grey) and its path (black), and above it the camera with what it sees (green);
     its own path is green too, drawn up to the frame.  Right, the camera's view: red
     where the car should appear, green where the combination of 75 particles finds it.
     """
@@ -298,7 +298,7 @@ def _draw_velocities(ax: Axes, truth: Array, measured: Array, estimated: Array) 
     """Velocities [1/s] over the frames: true and measured (T - 1,), estimated (T,)."""
     later = np.arange(1, len(estimated))
     ax.step(later, truth, where="pre", color=TRUTH, lw=1.1, label="truth")
-    ax.plot(later, measured, "o", ms=3.5, color=OFF_COLOR, label="measured")
+    ax.plot(later, measured, "o", ms=3.5, color=MEASURED_COLOR, label="measured")
     ax.plot(estimated, color=COLOR, lw=2, label="estimated")
     ax.set(xlim=(0, later[-1]), xlabel="frame")
     largest = max(1, 1.1 * np.nanmax(np.abs([*measured, *estimated])))
