@@ -17,7 +17,7 @@ import {
   takeOver,
 } from "./page.js";
 
-const [WAITING, APPEARS, STUDENT, DOOR] = ["#fff", "#d62728", "#009e73", "#cf8200"];
+const [WAITING, APPEARS, MEAN, DOOR] = ["#fff", "#d62728", "#737373", "#cc79a7"];
 const REACH = 2; // spreads of a door, as far as it is drawn
 const [RUG, GAP] = [10, 8]; // [px] of a sample's mark below the histogram, and over it
 const BARS = "#999";
@@ -67,7 +67,7 @@ class Doors {
       "p",
       { class: "mkt-note" },
       "Drag a door, or move the right one with the arrow keys. White " +
-        "samples wait, red ones fulfil (15), orange circles are the " +
+        "samples wait, red ones fulfil (15), pink circles are the " +
         "doors, twice their spread wide; the dashed ellipse is the " +
         "student while in view. Point at a sample to see its " +
         "coefficient.",
@@ -174,10 +174,14 @@ class Doors {
         ellipse(region, "#fff", 4);
         ellipse(region, DOOR, 2.2);
       }
-    pen.setLineDash([5, 4]);
-    if (this.truth) ellipse(this.truth, STUDENT, 2.5);
-    pen.setLineDash([]);
-    if (this.pointed !== undefined) ellipse(this.regions[this.pointed], "#000", 3);
+    if (this.truth) {
+      ellipse(this.truth, "#000", 2.5); // the colours of outlineTruth
+      pen.setLineDash([5, 4]);
+      ellipse(this.truth, "#fff", 1.2);
+      pen.setLineDash([]);
+    }
+    const i = this.pointed;
+    if (i !== undefined) ellipse(this.regions[i], colors[i], 3);
   }
 
   drawPlot(pen, width, height) {
@@ -198,9 +202,9 @@ class Doors {
     );
     const { sigmas } = this.controls.values;
     const lines = [
-      [mean, ink, "\u03bc"],
+      [mean, MEAN, "\u03bc"],
       [this.limit, APPEARS, `\u03bc + ${number(sigmas)} \u03c3`],
-      [this.student, STUDENT, "student"],
+      [this.student, ink, "student"],
     ];
     pen.textAlign = "left";
     let [left] = box;
@@ -224,7 +228,7 @@ class Doors {
     );
     const top = height - 54;
     this.rho.forEach((rho, i) => {
-      pen.fillStyle = rho > this.limit ? APPEARS : ink;
+      pen.fillStyle = rho > this.limit ? APPEARS : MEAN;
       const thick = i === this.pointed ? 5 : 1.2;
       pen.fillRect(across(rho) - thick / 2, top + GAP, thick, RUG);
     });

@@ -25,7 +25,7 @@ from mkt.papers.lessons.pencil import (
     drawing,
 )
 from mkt.papers.nummiaro2003.sequences import WITH
-from mkt.papers.nummiaro2003.steps import MISSED
+from mkt.papers.nummiaro2003.steps import MISSED, PLAIN
 from mkt.particles import SCHEMES, effective_sample_size, normalised
 from mkt.plotting import CURRENT, DESIRED, EIGHT, TRACKERS, TRUTH
 from mkt.regions import from_box
@@ -275,7 +275,7 @@ def moving_ellipse(fig: Figure) -> None:
     size grows too, and a little off because of the noise.
     """
     ax = canvas(fig, 90, 30)
-    first = Ellipse((16, 12), 16, 22, fc="aliceblue", ec=BLUE, lw=2)
+    first = Ellipse((16, 12), 16, 22, fc="0.96", ec=PLAIN, lw=2)
     ax.add_patch(first)
     ax.plot(16, 12, "o", color=TRUTH, ms=5)
     ax.text(15, 13.6, "$(x, y)$", ha="right")
@@ -283,13 +283,13 @@ def moving_ellipse(fig: Figure) -> None:
         ((24, 12), "$H_x$", (20.4, 10.2)),
         ((16, 1), "$H_y$", (17.8, 5.5)),
     ):
-        ax.plot([16, end[0]], [12, end[1]], color=BLUE, lw=1.5)
+        ax.plot([16, end[0]], [12, end[1]], color=PLAIN, lw=1.5)
         ax.text(*place, name, **MIDDLE)
-    arrow(ax, (16, 12), (36, 17), lw=2, color=ORANGE)
-    ax.text(24.8, 19.6, r"$(\dot x, \dot y)$", color="#8a5f00", **MIDDLE)
+    arrow(ax, (16, 12), (36, 17), lw=2, color=MISSED)
+    ax.text(24.8, 19.6, r"$(\dot x, \dot y)$", color=MISSED, **MIDDLE)
     ax.add_patch(Ellipse((36, 17), 17.2, 23.6, fill=False, ec="0.45", ls="--"))
     ax.text(41.5, 28.2, r"$A\,s$: moved, and grown by $\dot a$", va="center")
-    ax.add_patch(Ellipse((38, 14.5), 18, 24.8, fill=False, ec=BLUE, lw=2))
+    ax.add_patch(Ellipse((38, 14.5), 18, 24.8, fill=False, ec=PLAIN, lw=2))
     ax.text(48.5, 14.5, "$A\\,s + w$: with chance;\nthe next sample", va="center")
     ax.text(73, 7, "seven numbers:", ha="center")
     seven = r"$s = (x, y, \dot x, \dot y, H_x, H_y, \dot a)$"

@@ -30,7 +30,14 @@ from mkt.particles import (
     normalised,
     search,
 )
-from mkt.plotting import CONTRAST, draw_box, draw_ellipse, draw_surface, show_frame
+from mkt.plotting import (
+    CONTRAST,
+    TRUTH,
+    draw_box,
+    draw_ellipse,
+    draw_surface,
+    show_frame,
+)
 from mkt.regions import displaced
 from mkt.scenes.nummiaro2003 import TREE, doors, parking, students
 from mkt.scenes.rendering import Scene
@@ -45,8 +52,8 @@ BINS: dict[str, Bins] = {
     "rgb 4x4x4": ColorBins("rgb", (4, 4, 4)),
     "hsv 8x8x4": JointHSV(),
 }
-SAMPLE, MEAN, FOUND, MISSED = "black", "white", "#d62728", "0.45"
-ANNOTATED, IN_VIEW = "#f0e442", "#009e73"
+SAMPLE, MEAN, FOUND, MISSED = "black", "white", "#d62728", "#737373"
+ANNOTATED, PLAIN, PALE = "#f0e442", "0.3", "0.55"
 PERSON, CAR, _ = CONTRAST
 TARGETS = {"person": PERSON, "car": CAR}  # of the parking place
 
@@ -139,7 +146,7 @@ def _draw_step(
     edge = top - 0.1 * inch
     fig.add_artist(Line2D((0.01, 0.99), (edge, edge), color="0.8", lw=0.8))
     y = edge - 0.2 * inch
-    fig.text(0.01, y, step, fontsize=9.5, color=PERSON, fontweight="bold")
+    fig.text(0.01, y, step, fontsize=9.5, color=PLAIN, fontweight="bold")
     for k, formula in enumerate(formulas, 1):
         fig.text(0.025, edge - (0.2 + FORMULA * k) * inch, formula, fontsize=9.5)
     height = 0.08
@@ -380,20 +387,20 @@ def fig3(
 
 def _draw_waiting(ax: Axes, samples: Regions, appears: NDArray) -> None:
     """Samples (N, 5) with their centres, in red those that appear; thin, where many."""
+    colors = [FOUND if red else MEAN for red in appears]
     thick = 1.6 if appears.sum() < MANY else 0.5
-    for sample, red in zip(samples, appears, strict=True):
-        color, width = (FOUND, thick) if red else (MEAN, 0.5)
-        draw_ellipse(ax, sample, color, lw=width)
-    ax.plot(*samples[:, :2].T, ".", color=SAMPLE, ms=4)
+    for sample, color in zip(samples, colors, strict=True):
+        draw_ellipse(ax, sample, color, lw=thick if color == FOUND else 0.5)
+    ax.scatter(*samples[:, :2].T, 5, colors)
 
 
 def _draw_condition(ax: Axes, around: Array, limit: float, student: float) -> float:
     """The coefficients of the background; returns the share below the limit."""
     ax.hist(around, 50, range=(0, 1), density=True, color="0.7")
     for x, color, label in (
-        (around.mean(), "black", r"$\mu$"),
+        (around.mean(), MISSED, r"$\mu$"),
         (limit, FOUND, r"$\mu + 2 \sigma$"),
-        (student, IN_VIEW, "student"),
+        (student, TRUTH, "student"),
     ):
         ax.axvline(x, color=color, lw=1.6, label=f"{label}: {x:.2f}")
     covered = float(np.mean(around <= limit))
@@ -562,9 +569,9 @@ def _draw_by_number(ax: Axes, curves: Mapping[str, Array]) -> float:
     """Costs against the number of samples; returns the histograms' exponent."""
     whole, alone = curves.values()
     slope = timing.exponent(NUMBERS, alone)
-    ax.loglog(NUMBERS, whole, "o-", color=CAR, label="a frame")
+    ax.loglog(NUMBERS, whole, "o-", color=CAR, label="a frame of the car")
     label = f"histograms: exponent {slope:.2f}"
-    ax.loglog(NUMBERS, alone, "s-", color="0.3", label=label)
+    ax.loglog(NUMBERS, alone, "s-", color=PLAIN, label=label)
     times = [0.2, 0.5, 1, 2, 5, 10]
     ax.set_xticks(NUMBERS, [str(n) for n in NUMBERS])
     ax.set_yticks(times, [f"{t:g}" for t in times])
@@ -585,8 +592,8 @@ def _draw_by_area(
         f"{name}: exponent {slope:.2f}"
         for name, slope in zip(curves, slopes, strict=True)
     ]
-    ax.loglog(areas, fine, "o-", color="0.3", label=labels[0])
-    ax.loglog(areas, fixed, "s-", color=CAR, label=labels[1])
+    ax.loglog(areas, fine, "o-", color=PALE, label=labels[0])
+    ax.loglog(areas, fixed, "s-", color=PLAIN, label=labels[1])
     ax.set(
         xlabel="area of an ellipse [px]",
         ylabel="histograms of 100 ellipses [ms]",
