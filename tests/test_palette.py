@@ -10,7 +10,7 @@ from skimage.color import rgb2lab
 
 from mkt.figures.registry import FIGURES
 from mkt.files import PACKAGE
-from mkt.papers.cordoba2014 import printed
+from mkt.papers.cordoba2014 import printed, resampling
 from mkt.papers.lessons import benchmark, servoing
 from mkt.papers.nummiaro2003 import sequences, steps
 from mkt.plotting import CONTRAST, CURRENT, DESIRED, TRACKERS, TRUTH, TWELVE
@@ -45,6 +45,8 @@ SHARED = {  # colours that are drawn in one axes
     "two or three curves": [TRUTH, *CONTRAST],
     "trackers of C14": [TRUTH, *printed.COLORS.values()],
     "person and car": [TRUTH, steps.PERSON, steps.CAR],
+    "ways to count": [TRUTH, steps.PLAIN, steps.PALE],
+    "readings of resampling": [color for _, color in resampling.STYLES.values()],
     "learning": [TRUTH, sequences.WITH, sequences.WITHOUT],
 }
 each = pytest.mark.parametrize("colors", SHARED.values(), ids=SHARED)
@@ -124,6 +126,13 @@ def test_where_colours_return_the_dashes_differ():
             if not line.get_label().startswith("_")
         ]
         assert len(set(drawn)) == len(drawn) > 2
+
+
+def test_inside_a_chapter_a_colour_keeps_its_meaning():
+    assert set(printed.COLORS.values()).isdisjoint(
+        color for _, color in resampling.STYLES.values()
+    )
+    assert {steps.PLAIN, steps.PALE, steps.MISSED}.isdisjoint(steps.TARGETS.values())
 
 
 def test_pages_draw_in_the_colours_of_python():

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from mkt.experiments.timing import exponent, side_by_side
 from mkt.figures.registry import Shown, figure, shown
 from mkt.particles import systematic_positions
-from mkt.plotting import CONTRAST
+from mkt.plotting import CURRENT
 from mkt.types import Array, NDArray
 
 # How the search can be read: whether it begins anew for each draw.
@@ -20,7 +20,7 @@ READINGS = {
     "search begun anew for each draw (4.5.2)": True,
     "one sweep (Algorithm 1)": False,
 }
-STYLES = {True: ("o", CONTRAST[0]), False: ("s", CONTRAST[1])}
+STYLES = {True: ("o", "#737373"), False: ("s", CURRENT)}  # no filter's colours
 COLUMNS = ("comparisons", "time [ms]")
 SIZES = 7  # numbers of particles on each line
 

@@ -412,12 +412,12 @@ def hybrid(fig: Figure) -> None:
         places = np.array([last, 5.0]) + chance
         places[20:, 0] += speed * max(hidden, 1)
         ax.add_patch(Rectangle((8.8, 0.2), 6.4, 9.6, fc="0.85", ec="none"))
-        ax.plot(*places[:20].T, "o", ms=4.5, color=BLUE, label="walkers")
-        ax.plot(*places[20:].T, "^", ms=5, color=ORANGE, label="runners")
-        cross = {"ls": "", "color": TRUTH, "mew": 2, "label": "last estimate"}
+        ax.plot(*places[:20].T, "o", ms=4.5, color=EIGHT[6], label="walkers")
+        ax.plot(*places[20:].T, "^", ms=5, color=PURPLE, label="runners")
+        cross = {"ls": "", "color": MISSED, "mew": 2, "label": "last estimate"}
         ax.plot(last, 5, "+", ms=13, **cross)
         person = last + speed * max(hidden, 1)
-        star = {"ls": "", "color": CURRENT, "mec": TRUTH, "label": "the person"}
+        star = {"ls": "", "color": TRUTH, "label": "the person"}
         ax.plot(person, 5, "*", ms=16, **star)
         ax.set(xlim=(1, 23), ylim=(0, 10), title=title)
         ax.set_axis_off()
