@@ -61,7 +61,7 @@ class Success {
         area,
       };
     });
-    this.rows = rows.sort((a, b) => b.share - a.share);
+    this.rows = rows.sort((a, b) => b.share - a.share || b.area - a.area);
     this.draw();
   }
 

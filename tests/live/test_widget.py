@@ -1,9 +1,14 @@
 """A live figure in JupyterLab: one kernel for all of its cells, and nothing stays."""
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+from mkt.evaluation import success
 from mkt.figures import explore
 from mkt.figures.live import bundle, content
+from mkt.papers.lessons import benchmark
+from mkt.trackers import by_name
 from tests.live.conftest import DOCUMENT, fixture_of, in_browser
 
 MODULE = (
@@ -93,6 +98,26 @@ def test_one_answer_of_the_kernel_is_for_all_cells_of_a_figure(widget):
     assert found["asked"] == ["success-occlusion-0"]
     for words in found["said"]:
         assert any("At a limit of 0.2: first are (1)" in each for each in words)
+
+
+def test_trackers_that_tie_are_ranked_by_their_area_in_both_languages(widget):
+    names = by_name.quick()
+    iou = np.tile([0.9, 0.1], (len(names), 1))
+    iou[:, 0] -= np.arange(len(names)) % 4 / 10  # all are above .2, and some areas tie
+    area, half = success(iou).mean(1), np.full(len(names), 0.5)
+    ax = Figure().subplots()
+    benchmark._draw_ranking(ax, names, half, half, area)
+    drawn = [text.get_text() for text in ax.get_yticklabels()][::-1]
+    assert drawn[0] == by_name.LABELS[names[0]]
+    body = """
+    await rest();
+    answer({ name: model.asked[0], data: data.runs });
+    await rest();
+    return texts(cells[0]).find((text) => text.startsWith("At a limit"));
+    """
+    runs = {"seen": iou.tolist(), "frames": 2}
+    said = shown(widget, "own.success", body, runs=runs)
+    assert sorted(drawn, key=said.index) == drawn
 
 
 MOVE = """

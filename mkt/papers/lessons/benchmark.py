@@ -99,9 +99,10 @@ def _draw_ranking(
 ) -> None:
     """Trackers from the best to the worst at one limit, with three numbers (K,) each.
 
-    Shares of the seen and of all frames are bars, the areas under the curves are text.
+    Shares of the seen and of all frames are bars, the areas under the curves are text;
+    of equal shares the larger area comes first.
     """
-    order: list[int] = np.argsort(seen, kind="stable").tolist()
+    order: list[int] = np.lexsort((-area, -seen))[::-1].tolist()  # bars begin below
     places = range(len(names))
     lines = styles(names)
     ax.barh(places, 100 * seen[order], color=[lines[k]["color"] for k in order])
