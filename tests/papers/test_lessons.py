@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 
 from mkt.colors import ColorBins
 from mkt.evaluation import errors
+from mkt.figures.registry import FIGURES
 from mkt.histograms import learn
 from mkt.homographies import through
 from mkt.kernels import Kernels
@@ -15,6 +17,7 @@ from mkt.papers.lessons import chance
 from mkt.papers.lessons import planes as lessons_on_planes
 from mkt.papers.lessons import trackers as lessons
 from mkt.particles import SCHEMES, effective_sample_size
+from mkt.plotting import DESIRED
 from mkt.regions import displaced
 from mkt.scenes.layers import Layer
 from mkt.scenes.questions import base
@@ -291,3 +294,14 @@ def test_a_false_start_is_as_frequent_as_the_count_by_hand_says():
         assert (
             0.4 < numbers("own.chance", epsilon=10, particles=particles)["false"] < 0.5
         )
+
+
+def test_a_false_start_is_seen_at_the_end_of_the_slider_too():
+    b = FIGURES["own.chance"].values("b")[-1]
+    fig, shown = FIGURES["own.chance"].draw(epsilon=20, particles=25, b=b)
+    assert shown["probability"].sum() == pytest.approx(1, abs=1e-5)
+    bars = fig.axes[0].patches
+    red = [bar for bar in bars if to_hex(bar.get_facecolor()) == to_hex(DESIRED)]
+    assert sum(bar.get_height() for bar in red) == pytest.approx(
+        shown["false"], rel=0.01
+    )

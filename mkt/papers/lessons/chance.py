@@ -13,7 +13,7 @@ from mkt.plotting import CONTRAST, DESIRED
 from mkt.types import Array, ArrayLike
 
 WAIT = 100  # frames
-HIGHEST = 0.4  # kick-off fraction that is drawn
+HIGHEST = 0.6  # share that is drawn: at b's largest, false starts lie beyond b
 LEAST = 1e-6  # probability that is drawn
 MARGIN = 0.02  # beside the bars
 COMPARED = 2.3, 5.0, 10.0  # [%] of the background; the first is beyond two spreads
@@ -53,7 +53,7 @@ def _most(b: ArrayLike, n: int) -> Array:
     live=("own.chance",),
     epsilon=(0.5, 20, 0.5),
     particles=(25, 400, 25),
-    b=(0.02, HIGHEST, 0.02),
+    b=(0.02, 0.4, 0.02),
 )
 def chance(
     fig: Figure, *, epsilon: float = 5.0, particles: int = 100, b: float = 0.1
