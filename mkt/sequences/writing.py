@@ -12,7 +12,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
+import numpy as np
 
+from mkt.checks import is_number
 from mkt.sequences.quiet import quiet
 from mkt.types import Frame
 
@@ -21,6 +23,9 @@ CODECS = {".webm": "VP80", ".mkv": "FFV1", ".avi": "MJPG", ".mp4": "mp4v"}
 LONGEST_SIDE = {".webm": 16_383, ".mp4": 8_191}
 # [px]: less cannot be read again, and in .avi may end the program; the others take 2.
 SHORTEST_SIDE = {".webm": 4, ".avi": 8}
+# Pictures a second: what is slower cannot be read again, what is faster not be written;
+# the others take 0.01 to 30,000.
+SLOWEST, FASTEST = {".webm": 0.06}, {".avi": 1_000}
 
 
 class Writer:
@@ -31,20 +36,30 @@ class Writer:
     Parameters
     ----------
     path : path
+    size : (width, height) [px]
     opened : cv2.VideoWriter
     """
 
-    def __init__(self, path: str | os.PathLike, opened: cv2.VideoWriter):
+    def __init__(
+        self, path: str | os.PathLike, size: tuple[int, int], opened: cv2.VideoWriter
+    ):
         self._path, self._opened, self._frames = path, opened, 0
+        self._shape = (size[1], size[0], 3)
         self._thread = ThreadPoolExecutor(1)
         self._under_way: Future[bool] | None = None
 
     def write(self, picture: Frame) -> None:
         """Write the next picture (H, W, 3) uint8 BGR, which must not change any more.
 
-        Raises OSError when the disk is full.  That may come late: the thread has one
-        picture under way, and the encoder holds some back.
+        Raises ValueError for any other picture, and OSError when the disk is full.
+        That may come late: the thread has one picture under way, and the encoder holds
+        some back.
         """
+        if picture.shape != self._shape or picture.dtype != np.uint8:
+            raise ValueError(
+                f"{self._path}: a picture is {picture.shape} {picture.dtype}, and the "
+                f"film takes {self._shape} uint8; convert it first"
+            )
         self.settle()
         self._under_way = self._thread.submit(self._opened.write, picture)
 
@@ -85,13 +100,14 @@ def video_writer(
     ------
     OSError
         When the file cannot be written, its ending is another one, or the pictures are
-        too large or too small for its format.
+        too large or too small, too fast or too slow for its format.
     """
     path = Path(path).absolute()  # FFmpeg takes what is before a colon for a protocol
     ending = path.suffix.lower()
     if ending not in CODECS:
         raise OSError(f"{path}: cannot be written; choose one of {', '.join(CODECS)}")
     _refuse_size(path, size)
+    _refuse_rate(path, fps)
     codec = cv2.VideoWriter.fourcc(*CODECS[ending])
     with quiet(), _in_pieces(path) as name:
         writer = cv2.VideoWriter(str(name), cv2.CAP_FFMPEG, codec, fps, size)
@@ -99,7 +115,7 @@ def video_writer(
         raise OSError(
             f"{path}: cannot be written; is the folder writable, and is there room?"
         )
-    opened = Writer(path, writer)
+    opened = Writer(path, size, writer)
     try:
         yield opened
         opened.settle()
@@ -122,6 +138,16 @@ def _refuse_size(path: Path, size: tuple[int, int]) -> None:
             f"{path}: cannot be written: {ending} takes pictures of up to "
             f"{longest} px a side, and these are {size[0]}x{size[1]} px; "
             "choose .avi or .mkv"
+        )
+
+
+def _refuse_rate(path: Path, fps: float) -> None:
+    ending = path.suffix.lower()
+    least, most = SLOWEST.get(ending, 0.01), FASTEST.get(ending, 30_000)
+    if not (is_number(fps, least) and fps <= most):
+        raise OSError(
+            f"{path}: cannot be written with {fps} pictures a second; "
+            f"for {ending} choose from {least} to {most}"
         )
 
 

@@ -73,6 +73,46 @@ def test_pictures_too_small_for_a_format_are_told_those_that_take_them(
             pass
 
 
+@pytest.mark.parametrize(
+    "suffix, slowest, fastest",
+    [(".webm", 0.06, 30_000), (".avi", 0.01, 1_000), (".mp4", 0.01, 30_000)],
+)
+def test_rates_that_a_format_cannot_say_are_told_those_it_can(
+    suffix, slowest, fastest, tmp_path
+):
+    path = tmp_path / f"a{suffix}"
+    for fps in (slowest, fastest):
+        with video_writer(path, (80, 60), fps) as writer:
+            for k in range(3):
+                writer.write(np.full((60, 80, 3), 50 * k, np.uint8))
+        assert VideoFile(path).fps == pytest.approx(fps)
+    for fps in (0, -25, 0.9 * slowest, 1.1 * fastest, np.nan, "25"):
+        said = rf"with {fps} pictures a second; for {suffix} choose from {slowest} to"
+        with pytest.raises(OSError, match=f"{said} {fastest}$"):
+            with video_writer(path, (80, 60), fps):
+                pass
+
+
+@pytest.mark.parametrize(
+    "wrong, shape",
+    [
+        (np.zeros((60, 81, 3), np.uint8), r"\(60, 81, 3\) uint8"),
+        (np.zeros((60, 80), np.uint8), r"\(60, 80\) uint8"),
+        (np.zeros((60, 80, 3), np.float32), r"\(60, 80, 3\) float32"),
+    ],
+)
+def test_a_picture_of_another_form_is_refused_and_the_film_goes_on(
+    wrong, shape, tmp_path
+):
+    path = tmp_path / "a.avi"
+    said = rf"a\.avi: a picture is {shape}, and the film takes \(60, 80, 3\) uint8; con"
+    with video_writer(path, (80, 60), 25) as writer:
+        with pytest.raises(ValueError, match=said):
+            writer.write(wrong)
+        writer.write(np.zeros((60, 80, 3), np.uint8))
+    assert len(VideoFile(path)) == 1
+
+
 def test_stderr_is_silent_for_a_while(capfd):
     with quiet():
         os.write(2, b"not heard")
