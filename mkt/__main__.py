@@ -13,7 +13,8 @@ TOO_OLD = """\
 mkt needs Python 3.11 or later, and this is Python {}.{}.
 Install a newer one (python.org, or your system's packages)
 and call it by name, for example: python3.11 -m mkt book"""
-STOPPED = "\nStopped.  Nothing is half made."
+STOPPED = """
+Stopped.  No file is half made; a set-up is begun again by the next run."""
 
 
 def prepare():

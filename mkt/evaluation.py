@@ -182,7 +182,7 @@ def true_positives(iou: ArrayLike, limit: float = HIT, hidden: bool = False) -> 
     iou = np.asarray(iou, float)
     every = np.full(iou.shape[:-1], iou.shape[-1] - 1)
     frames = every if hidden else np.isfinite(iou).sum(-1)
-    hits = iou[..., hidden:] > limit  # the start, which was given, is no hit
+    hits = iou[..., int(hidden) :] > limit  # the start, which was given, is no hit
     return np.sum(hits, -1) / np.where(frames > 0, frames, np.nan)
 
 

@@ -153,6 +153,11 @@ def circular_emd(p: ArrayLike, q: ArrayLike) -> Array:
     -------
     (...) array in [0, 1]
 
+    Raises
+    ------
+    ValueError
+        For histograms of different lengths, or of no bins.
+
     Examples
     --------
     A quarter turn; an eighth, across the place where hue begins; half a turn.
@@ -161,8 +166,14 @@ def circular_emd(p: ArrayLike, q: ArrayLike) -> Array:
     >>> circular_emd(p[[2, 7, 4]], p[0])
     array([0.5 , 0.25, 1.  ])
     """
-    gap = np.cumsum(np.asarray(p, float) - q, -1)
-    n = gap.shape[-1]
+    p, q = np.asarray(p, float), np.asarray(q, float)
+    n = p.shape[-1] if p.ndim else 0
+    if not n or q.shape[-1:] != (n,):
+        raise ValueError(
+            f"p and q have the shapes {p.shape} and {q.shape}; give histograms of the "
+            "same bins"
+        )
+    gap = np.cumsum(p - q, -1)
     # The median of n numbers, by a partial sort that is faster than numpy's median.
     middle = np.partition(gap, n // 2, -1)[..., n // 2, None]
     return np.abs(gap - middle).sum(-1) / (n / 2)

@@ -282,6 +282,11 @@ def mean_region(regions: ArrayLike, weights: ArrayLike) -> Region:
     weights = _distribution(weights)
     if not _is_one(weights.sum()):
         raise ValueError(NO_DISTRIBUTION)
+    if regions.shape != (*weights.shape[:1], 5):
+        raise ValueError(
+            f"regions have the shape {regions.shape} and weights {weights.shape}; "
+            "give (N, 5) and (N,), a weight for each region"
+        )
     angle = np.angle(weights @ np.exp(1j * regions[:, 2]))
     sides = np.exp(weights @ np.log(regions[:, 3:]))
     return np.concatenate([weights @ regions[:, :2], [angle], sides])

@@ -8,7 +8,7 @@ that looks nowhere else.
 Explained in notebook 17.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import cv2
@@ -52,12 +52,16 @@ class Silhouette(Kernels):
                 f"mask has {len(self.mask)} bytes; make it with as_bytes: {SIDE**2}"
             )
 
+    @property
+    def image(self) -> Array:
+        """The mask as numbers (SIDE, SIDE) in [0, 1]."""
+        return np.frombuffer(self.mask, np.uint8).reshape(SIDE, SIDE) / 255
+
     def weigh(self, plane: Array) -> Array:
         """k(r^2) of every kernel times the mask, (J, n), see `Kernels.weigh`."""
-        image = np.frombuffer(self.mask, np.uint8).reshape(SIDE, SIDE) / 255
         places = (plane / self.half_sides + 1) / 2 * SIDE
         column, row = np.clip(places.astype(int), 0, SIDE - 1).T
-        return super().weigh(plane) * np.maximum(image[row, column], BORDER)
+        return super().weigh(plane) * np.maximum(self.image[row, column], BORDER)
 
     def check_slopes(self) -> None:
         """Refuse to give slopes: a mask has none."""
@@ -84,10 +88,16 @@ def as_bytes(mask: ArrayLike) -> bytes:
 
 
 def masked(kernels: Kernels, mask: ArrayLike) -> Silhouette:
-    """Kernels times a mask (SIDE, SIDE) in [0, 1]; ValueError for any other."""
+    """Kernels times a mask (SIDE, SIDE) in [0, 1]; ValueError for any other.
+
+    The mask of a `Silhouette` is multiplied, too.
+    """
     fields: dict[str, Any] = asdict(kernels)
     fields["mask"] = as_bytes(mask)
-    return Silhouette(**fields)
+    shown = Silhouette(**fields)
+    if not isinstance(kernels, Silhouette):
+        return shown
+    return replace(shown, mask=as_bytes(shown.image * kernels.image))
 
 
 def patch(frame: Frame, region: ArrayLike, around: float = AROUND) -> Frame:
@@ -100,7 +110,10 @@ def patch(frame: Frame, region: ArrayLike, around: float = AROUND) -> Frame:
     frame = checked_frame(frame)
     region = checked_region(region)
     if outside(region, frame.shape):
-        raise ValueError(f"the region {in_words(region)} lies outside the image")
+        raise ValueError(
+            f"the region {in_words(region)} lies outside the image; "
+            "choose a box inside it"
+        )
     n = SIDE + 2 * round(SIDE * (around - 1) / 2)
     to_canonical = np.array([[2 / SIDE, 0, 0], [0, 2 / SIDE, 0], [0, 0, 1.0]])
     to_canonical[:2, 2] = (1 - n) / SIDE

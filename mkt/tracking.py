@@ -11,7 +11,7 @@ A `Sequence` is used in notebook 03.
 """
 
 import reprlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from collections.abc import Sequence as Series
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -340,6 +340,8 @@ def track(
     ValueError
         For another name to keep, and as `follow` does.
     """
+    names = f"give names among {', '.join(LARGE)}, or leave it out"
+    of_kind(keep, Iterable, "keep", names)
     kept = {keep} if isinstance(keep, str) else set(keep)
     if unknown := sorted(kept - set(LARGE)):
         raise ValueError(f"keep has {unknown[0]!r}; it takes {', '.join(LARGE)}")

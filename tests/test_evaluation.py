@@ -145,7 +145,8 @@ def test_hidden_frames_count_only_where_they_are_asked_for():
     # The first frame never counts; an overlap of just T_lim is no hit.
     iou = np.array([np.nan, 0.9, np.nan, 0.1, HIT, 0.3, np.nan])
     assert true_positives(iou) == pytest.approx(2 / 4)
-    assert true_positives(iou, hidden=True) == pytest.approx(2 / 6)
+    for yes in (True, np.True_):
+        assert true_positives(iou, hidden=yes) == pytest.approx(2 / 6)
     assert true_positives(np.ones(5), hidden=True) == 1  # with that of the start, too
     assert true_positives(iou, 0.5) == pytest.approx(1 / 4)
     assert np.isnan(true_positives(np.full(3, np.nan)))

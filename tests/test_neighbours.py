@@ -128,6 +128,12 @@ def test_the_circle_is_cut_where_that_is_cheapest(n, seed):
     assert circular_emd(p, q) == pytest.approx(cheapest)
 
 
+@pytest.mark.parametrize("p, q", [([], []), (1.0, 1.0), ([1.0], [0.5, 0.5])])
+def test_histograms_of_other_bins_or_of_none_have_no_distance(p, q):
+    with pytest.raises(ValueError, match="p and q have the shapes .* the same bins"):
+        circular_emd(p, q)
+
+
 def test_soft_bins_begin_with_the_borders_of_their_bins():
     """Half a bin of hue on, the votes of a colour are those of one half a bin ahead."""
     half = SoftBins(ColorBins(shift=(0.5, 0, 0)))

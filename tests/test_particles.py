@@ -139,6 +139,11 @@ def test_the_mean_takes_lists():
     assert mean_region(regions, w) == pytest.approx([2, 2, 0.5, 3, 4])
     with pytest.raises(ValueError, match=r"regions must have the shape \(\.\.\., 5\)"):
         mean_region([[1, 2, 0.5]], [1])
+    for regions, w in (([1, 2, 3, 4, 5], [1]), (np.ones((3, 5)), [0.5, 0.5])):
+        with pytest.raises(
+            ValueError, match="regions have the shape .* a weight for e"
+        ):
+            mean_region(regions, w)
 
 
 @pytest.mark.parametrize("name", SCHEMES)

@@ -117,6 +117,14 @@ def test_a_silhouette_counts_only_what_the_mask_shows():
     assert np.allclose(whole.weights, plain.weights)
 
 
+def test_a_second_mask_leaves_what_the_first_one_shows_too():
+    left, upper = np.zeros((2, SIDE, SIDE))
+    left[:, : SIDE // 2] = upper[: SIDE // 2] = 1
+    both = masked(masked(Kernels(**BOX), left), upper)
+    assert both == masked(Kernels(**BOX), left * upper)
+    assert both == masked(Silhouette(**BOX, mask=as_bytes(left)), upper)
+
+
 def test_a_silhouette_has_no_slope():
     shown = Silhouette("3x3").fitted([0, 0, 0, 20, 10])
     with pytest.raises(ValueError, match="silhouette have no slope"):
@@ -131,7 +139,7 @@ def test_a_silhouette_has_no_slope():
     [
         ((np.nan, 20, 0, 9, 9), "finite"),
         ((20, 20, 0, 0, 9), "area|positive"),
-        ((-60, 20, 0, 9, 9), "lies outside the image"),
+        ((-60, 20, 0, 9, 9), "lies outside the image; choose a box inside it"),
     ],
 )
 def test_a_shape_is_sought_only_where_there_is_something(find, region, said):

@@ -76,6 +76,8 @@ def test_one_large_entry_is_kept_by_its_name_and_no_unknown_one():
     assert "particles" in kept and "weights" not in kept
     with pytest.raises(ValueError, match="keep has 'particle'; it takes particles, w"):
         track(Walking(), clip(), keep=["particle"])
+    with pytest.raises(ValueError, match="keep is of the type NoneType; give names am"):
+        track(Walking(), clip(), keep=None)
 
 
 @pytest.mark.parametrize("keep", [(), LARGE])

@@ -5,6 +5,7 @@ The first five are (1) to (5) of figure 6 in [T09], in its order.
 
 from dataclasses import replace
 
+from mkt.checks import is_whole
 from mkt.colors import ColorBins
 from mkt.kernels import Kernels
 from mkt.registry import Registry
@@ -67,11 +68,14 @@ def with_particles(name: str, n: int) -> Tracker:
     Raises
     ------
     ValueError
-        For an unknown name, for a tracker without particles, and for n below 1.
+        For an unknown name, for a tracker without particles, and for an n that is no
+        whole number from 1 on.
     """
     tracker = TRACKERS[name]
-    if n < 1:
-        raise ValueError(f"particles is {n}; there must be at least 1")
+    if not is_whole(n, 1):
+        raise ValueError(
+            f"particles is {n!r}; there must be at least 1, and a whole number of them"
+        )
     if hasattr(tracker, "n"):
         return replace(tracker, n=n)
     if hasattr(tracker, "filter"):

@@ -59,9 +59,10 @@ class MIL:
     """cv2.TrackerMIL with its own parameters.
 
     The state holds OpenCV's object, and a step changes it: a state cannot be stepped
-    from twice, nor replayed or pickled.  A whole run does repeat itself for a seed (on
-    Windows untested).  OpenCV says that the target is lost only when it finds no place
-    to look at, so not when a wall hides it.
+    from twice, nor replayed or pickled.  A whole run does repeat itself for a seed, in
+    one thread, for all threads share OpenCV's random numbers (on Windows untested).
+    OpenCV says that the target is lost only when it finds no place to look at, so not
+    when a wall hides it.
     """
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> MILState:

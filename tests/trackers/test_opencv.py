@@ -125,6 +125,11 @@ def test_particles_are_set_where_there_are_some():
     assert by_name.with_particles("pf-75", 40).n == 40
     assert by_name.with_particles("combined", 40).filter.n == 40
     assert by_name.with_particles("pf-75", 1).n == 1
+    for none in (0, 2.5, "5"):
+        with pytest.raises(
+            ValueError, match=f"particles is {none!r}; there must be at"
+        ):
+            by_name.with_particles("pf-75", none)
     able = "pf-1, pf-500, pf-75, combined, guided, adaptive, sir, pfhr"
     said = f"'mil' has no particles; .* choose one of {able}$"
     with pytest.raises(ValueError, match=said):
