@@ -17,11 +17,13 @@ facts, so that a test can measure what a reader sees.
 """
 
 import inspect
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -41,6 +43,13 @@ REGION = ("cx [px]", "cy [px]", "theta [rad]", "hx [px]", "hy [px]")
 
 # So begins the paragraph of a docstring on the figure that computes in the page.
 IN_THE_PAGE = "In the page: "
+
+# Parameters that take less than their sliders show: those of which 0 means none, never
+# or the first; those that may point the other way; and one that its figure looks at.
+ZERO = ("alpha", "b", "believed_below", "limit", "n_lim", "noise", "seed", "speed")
+SIGNED = ("dx", "shift", "tilt", "turn", "turned")
+LEAST = dict.fromkeys((*ZERO, "threshold"), 0.0)
+LEAST |= dict.fromkeys((*SIGNED, "epsilon"), -math.inf)
 
 _listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
 
@@ -202,7 +211,7 @@ class Entry:
         ------
         ValueError
             For an unknown parameter, or a word that is none of its choices, with the
-            known ones.
+            known ones; and for a number of another kind than those of its slider.
         """
         unknown = sorted(set(parameters) - set(self.defaults))
         if unknown:
@@ -211,16 +220,41 @@ class Entry:
                 f"it takes {', '.join(self.defaults)}"
             )
         for name, value in parameters.items():
-            choices = self.sliders.get(name)
-            words = isinstance(choices, list) and isinstance(choices[0], str)
-            if words and value not in choices:
-                raise ValueError(
-                    f"{self.name}: {name} is {value!r}; "
-                    f"it takes {', '.join(map(repr, choices))}"
-                )
+            fits, need = self._need(name, value)
+            if not fits:
+                raise ValueError(f"{self.name}: {name} is {value!r}; {need}")
         with in_style(), one_thread(), _heard(progress):
             fig = new_figure(self.size, dpi)
             return fig, self.function(fig, **(self.defaults | parameters))
+
+    def _need(self, name: str, value: Any) -> tuple[bool, str]:
+        """Whether a value is such a one as its slider shows, and in words what is."""
+        default = self.defaults[name]
+        listed = self.values(name) if name in self.sliders else [default]
+        if isinstance(default, Real) and not isinstance(default, bool):
+            return _such_a_number(value, listed, LEAST.get(name, min(listed)))
+        if isinstance(default, str) and name in self.sliders:
+            return value in listed, f"it takes {', '.join(map(repr, listed))}"
+        return True, ""
+
+
+def _such_a_number(value: Any, listed: list, low: float) -> tuple[bool, str]:
+    """Whether a value is whole where all listed ones are, and of their sign."""
+    whole = all(isinstance(number, int) for number in listed)
+    fits = isinstance(value, Integral if whole else Real)
+    fits = fits and -math.inf < value < math.inf
+    need = f"it must be a {'whole' if whole else 'finite'} number"
+    if low >= 0:
+        need += " above 0" if low > 0 else ", at least 0"
+        fits = fits and (value > 0 or value == low)
+    return fits, need
+
+
+def at_most(most: float, **values: float) -> None:
+    """Refuse parameters of a figure beyond their upper end."""
+    for name, value in values.items():
+        if value > most:
+            raise ValueError(f"{name} is {value}; it must be at most {most}")
 
 
 @contextmanager

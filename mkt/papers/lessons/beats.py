@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mkt.evaluation import overlap
-from mkt.figures.registry import Shown, figure, shown
+from mkt.figures.registry import Shown, at_most, figure, shown
 from mkt.papers import runs
 from mkt.particles import (
     SCHEMES,
@@ -140,6 +140,7 @@ def beats(
     motion blur, behind a wall of bricks that stands where the slider puts its middle
     [px].  The car is learnt before the wall is there.
     """
+    at_most(LENGTH - 1, frame=frame)
     clip, learnt = runs.clip(film(wall)), runs.clip(film())
     tracker = ParticleFilter(n=n, lam=lam, motion=restless(noise), scheme=scheme)
     made = last_round(tracker, clip, learnt, frame, np.random.default_rng(seed))

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from mkt.colors import BinImage, ColorBins, Joined
 from mkt.edges import EdgeBins
-from mkt.figures.registry import Shown, figure, grid_columns, shown
+from mkt.figures.registry import Shown, at_most, figure, grid_columns, shown
 from mkt.histograms import Target, learn
 from mkt.kernels import Kernels
 from mkt.plotting import CONTRAST, DASHES, draw_map, draw_truth, show_frame
@@ -135,6 +135,7 @@ def priors(
     first orientation below which a turn is believed: the band.  Learnt on the car
     upright and in full view, in colours and edges; synthetic data.
     """
+    at_most(1, covered=covered)
     target, image, frame, region = covered_car(covered, turned)
     upright = displaced(region, dtheta=-np.deg2rad(turned))
     grown = displaced(region, scale=np.exp(GROWTH))

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from mkt.colors import ColorBins
 from mkt.evaluation import SEEN, Errors, errors, overlap
-from mkt.figures.registry import REGION, Shown, figure, shown
+from mkt.figures.registry import REGION, Shown, at_most, figure, shown
 from mkt.histograms import distance, learn, log_likelihood
 from mkt.kernels import Kernels
 from mkt.papers import runs
@@ -173,6 +173,7 @@ def resampling(
     what is expected of them; and how far the offspring scatter round that over 400
     repetitions, for each scheme.
     """
+    at_most(len(TWELVE), n=n)
     d = spread_distances(n)
     weights = normalised(log_likelihood(1 - d[:, None] ** 2, lam))
     ancestors = SCHEMES[scheme](weights, np.random.default_rng(seed))

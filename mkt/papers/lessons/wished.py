@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from mkt.autoregression import changes
 from mkt.colors import ColorBins
 from mkt.experiments.statistics import MEAN, interval
-from mkt.figures.registry import Shown, figure, shown
+from mkt.figures.registry import Shown, at_most, figure, shown
 from mkt.histograms import histograms, learn
 from mkt.kernels import Kernels
 from mkt.neighbours import MEASURES, SoftBins
@@ -215,11 +215,13 @@ def learnt_motion(
     The learnt models are those of the chapter, from the true paths of other scenes.
     Synthetic data.
     """
+    clip = Varied(kind, seed).sequence()
+    truth = clip.truth
+    at_most(len(truth) - 2, k=k)
+    at_most(len(truth) - 1 - k, ahead=ahead)
     axes = fig.subplots(
         1, 3, width_ratios=(1.25, 1, 0.9), gridspec_kw=LEFT | {"wspace": 0.5}
     )
-    clip = Varied(kind, seed).sequence()
-    truth = clip.truth
     rng = np.random.default_rng(seed)
     frames = "frame" if ahead == 1 else "frames"
     show_frame(axes[0], pale(clip.frames[k]), f"{kind}, {ahead} {frames} ahead of {k}")
@@ -277,8 +279,9 @@ def two_cameras(
     the ground; the band is the time in which more than half of the target is behind the
     wall.  100 particles each; synthetic data.
     """
-    axes = fig.subplots(1, 3, width_ratios=(1, 1, 1.1), gridspec_kw=LEFT)
     views = TwoViews(seed)
+    at_most(len(views.truth) - 1, k=k)
+    axes = fig.subplots(1, 3, width_ratios=(1, 1, 1.1), gridspec_kw=LEFT)
     matrices = homographies()
     run = wishes.exchanged(seed, talking, float(off))
     alone = wishes.exchanged(seed, False, 0.0)["errors"][:, 0]

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mkt.colors import ColorBins
-from mkt.figures.registry import Shown, figure, grid_columns, shown
+from mkt.figures.registry import Shown, at_most, figure, grid_columns, shown
 from mkt.histograms import histograms, learn
 from mkt.kernels import Kernels
 from mkt.plotting import DESIRED, draw_histogram, draw_map, draw_region, show_frame
@@ -49,6 +49,7 @@ def video_box(
     frame with the best place in red, and the distance over displacements of the box
     there, the lowest point marked with a cross.
     """
+    at_most(1, left=left, top=top, start=start)
     clip = video(path) if path else carphone()
     last = len(clip) - 1
     first = round(start * last)

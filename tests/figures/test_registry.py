@@ -1,0 +1,107 @@
+"""Which values of its parameters a figure takes."""
+
+import numpy as np
+import pytest
+
+from mkt.figures.registry import FIGURES, Entry, at_most, shown
+
+
+def drawn(fig, *, n=5, share=0.5, scale=1, turn=20, talking=True, seed=0, runs=3):
+    """A figure of nothing but its parameters."""
+    return shown({"n": [n]})
+
+
+SLIDERS = {
+    "n": (1, 9, 1),
+    "share": (0.0, 1.0, 0.1),
+    "scale": [0.5, 1, 2],
+    "turn": (0, 90, 10),
+    "talking": [True, False],
+}
+TOY = Entry("toy.numbers", drawn, (1, 1), SLIDERS)
+WHOLE, FINITE = "it must be a whole number", "it must be a finite number"
+
+
+@pytest.mark.parametrize(
+    "name, value, need",
+    [
+        ("n", 0, f"{WHOLE} above 0"),
+        ("n", -1, f"{WHOLE} above 0"),
+        ("n", 2.5, f"{WHOLE} above 0"),
+        ("share", -0.1, f"{FINITE}, at least 0"),
+        ("share", np.nan, f"{FINITE}, at least 0"),
+        ("scale", 0, f"{FINITE} above 0"),
+        ("scale", np.inf, f"{FINITE} above 0"),
+        ("scale", "1", f"{FINITE} above 0"),
+        ("turn", 2.5, WHOLE),
+        ("seed", -1, f"{WHOLE}, at least 0"),
+        ("runs", 0, f"{WHOLE} above 0"),
+    ],
+)
+def test_numbers_of_another_kind_than_those_of_a_slider_are_refused(name, value, need):
+    with pytest.raises(ValueError) as refused:
+        TOY.draw(**{name: value})
+    assert str(refused.value) == f"toy.numbers: {name} is {value!r}; {need}"
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"n": 1000, "share": 0.05, "scale": 0.01, "runs": 1},
+        {"n": np.int64(2), "scale": np.float32(2), "seed": 7, "talking": False},
+        {"turn": -20},
+    ],
+)
+def test_numbers_between_and_beyond_those_of_a_slider_are_taken(values):
+    assert TOY.draw(**values)[1]["n"] == [values.get("n", 5)]
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_no_figure_refuses_its_defaults_and_what_its_sliders_show(name):
+    entry = FIGURES[name]
+    for parameter, default in entry.defaults.items():
+        shown = entry.values(parameter) if parameter in entry.sliders else []
+        for value in (default, *shown):
+            assert entry._need(parameter, value)[0], (parameter, value)
+
+
+# What the pages of live figures offer beyond the sliders, and zeros that mean nothing.
+@pytest.mark.parametrize(
+    "name, parameter, value",
+    [
+        ("own.newton", "dx", -24),
+        ("own.newton", "turn", -20),
+        ("own.success", "limit", 0),
+        ("own.basin", "seed", 0),
+        ("teuliere2009.fig6", "threshold", 0),
+    ],
+)
+def test_what_makes_sense_before_a_slider_begins_is_taken(name, parameter, value):
+    assert FIGURES[name]._need(parameter, value)[0]
+
+
+BEYOND = {
+    "own.beats": {"frame": 60},
+    "own.learnt_motion": {"k": 59},
+    "own.priors": {"covered": 1.1},
+    "own.resampling": {"n": 13},
+    "own.two_cameras": {"k": 60},
+    "own.video": {"start": 1.5},
+}
+
+
+@pytest.mark.parametrize("name", BEYOND)
+def test_what_ends_is_asked_for_no_further(name):
+    with pytest.raises(ValueError, match="is .*; it must be at most"):
+        FIGURES[name].draw(**BEYOND[name])
+
+
+def test_ahead_of_a_frame_there_are_no_more_than_the_film_has():
+    with pytest.raises(ValueError, match="^ahead is 15; it must be at most 14$"):
+        FIGURES["own.learnt_motion"].draw(k=45, ahead=15)
+
+
+def test_an_upper_end_is_named_with_the_value():
+    at_most(1, covered=1)
+    with pytest.raises(ValueError, match="^covered is 2; it must be at most 1$"):
+        at_most(1, covered=2)
