@@ -49,10 +49,10 @@ READ_ONLY = (
 NO_NETWORK = """\
 The packages could not be fetched: this first step needs a network connection
 (or a proxy or mirror that pip is told of).
-Nothing is half made; run the same command again when it is there."""
+Run the same command again when it is there: it begins anew what is half made."""
 FAILED = """\
 The set-up failed, the lines above say why.
-Nothing is half made; run the same command again once it is mended."""
+Run the same command again once it is mended: it begins anew what is half made."""
 
 # With all processors, which takes half as long as pip, who has one.  Files that are no
 # Python of today stay as they are.

@@ -103,5 +103,8 @@ def test_ahead_of_a_frame_there_are_no_more_than_the_film_has():
 
 def test_an_upper_end_is_named_with_the_value():
     at_most(1, covered=1)
+    for name in ("teuliere2009.fig8", "nummiaro2003.fig2", "nummiaro2003.fig3"):
+        with pytest.raises(ValueError, match="^frame is 1000; it must be at most"):
+            FIGURES[name].draw(frame=1000)
     with pytest.raises(ValueError, match="^covered is 2; it must be at most 1$"):
         at_most(1, covered=2)

@@ -20,7 +20,7 @@ from matplotlib.lines import Line2D
 
 from mkt.colors import BinImage, Bins, ColorBins, JointHSV
 from mkt.experiments import timing
-from mkt.figures.registry import Shown, figure, grid_columns, shown
+from mkt.figures.registry import Shown, at_most, figure, grid_columns, shown
 from mkt.histograms import coefficient, mixed_histograms
 from mkt.papers import runs
 from mkt.particles import (
@@ -204,6 +204,7 @@ def fig2(
     disc = Disc(elliptic)
     tracker = Adaptive(particles, BINS[bins], disc, sigma, alpha=0.0)
     clip = runs.clip(Carphone())
+    at_most(len(clip) - 1, frame=frame)
     truth = clip.truth[frame]
     mean, samples = _on_the_face(tracker, frame)
     offsets = np.arange(-extent, extent + 1.0)
@@ -359,6 +360,7 @@ def fig3(
     """
     scene = students(0)
     clip = runs.clip(scene)
+    at_most(len(clip) - 1, frame=frame)
     tracker = Adaptive(n=particles, zones=placements(scene)[placement])
     model = tracker.learn(clip.frames[0], clip.truth[0])
     state = tracker.expect(clip.frames[TREE], model, np.random.default_rng(seed))

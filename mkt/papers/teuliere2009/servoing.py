@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from mkt.figures.registry import REGION, Shown, figure, shown
+from mkt.figures.registry import REGION, Shown, at_most, figure, shown
 from mkt.papers import runs
 from mkt.plotting import (
     CONTRAST,
@@ -168,6 +168,7 @@ def fig8(
     """
     tried = experiment(gain=gain, motion=motion, seed=seed)
     run = runs.loop_run(tried)
+    at_most(len(run.errors) - 1, frame=frame)
     error = run.errors[frame]
 
     scene = fig.add_axes((0.0, 0.03, 0.5, 0.97), projection="3d")
