@@ -24,6 +24,24 @@ CALLS = [
     ("lab_4_combining_both", "combined_step", "mkt.ColorBins()(f)", "mkt.ColorBins"),
     ("lab_8_plane_in_space", "exponential", "expm(A)", "expm"),
     ("lab_8_plane_in_space", "velocity", "by_a_hair(G, points)", "by_a_hair"),
+    ("lab_8_plane_in_space", "tilt", "pieces.tilt(H, C)", "pieces.tilt"),
+]
+# In other words than a call of what the lab has imported.
+HIDDEN = [
+    ("moved", "from mkt.homographies import moved as m\n\nmoved = m", "m"),
+    ("through", "through = library.through", "library.through"),
+    ("exponential", "exponential = expm", "expm"),
+    ("exponential", "from scipy.linalg import expm as e\n\nexponential = e", "e"),
+    (
+        "through",
+        "def through(*x):\n    import mkt.homographies as h\n    return h.through(*x)",
+        "h.through",
+    ),
+    (
+        "moved",
+        "def moved(*x):\n    f = library.moved\n    return f(*x)",
+        "library.moved",
+    ),
 ]
 
 
@@ -38,10 +56,17 @@ def solved(title, cell_name, code):
 @pytest.mark.parametrize("title, cell, call, lent", CALLS)
 def test_a_solution_by_a_call_of_what_is_there_is_told(title, cell, call, lent):
     found = borrowed(LABS[title], solved(title, cell, f"def f(*x):\n    return {call}"))
-    assert found == [f"{cell}: calls {lent}, and own work is asked for"]
+    assert found == [f"{cell}: uses {lent}, and own work is asked for"]
     made = lent.partition(".")[0]
     for own in (f"def f({made}, *x):\n    return {call}", f"{call} is no Python"):
         assert borrowed(LABS[title], solved(title, cell, own)) == []
+
+
+@pytest.mark.parametrize("cell, code, used", HIDDEN)
+def test_so_is_what_is_imported_renamed_or_handed_on(cell, code, used):
+    title = "lab_8_plane_in_space"
+    found = borrowed(LABS[title], solved(title, cell, code))
+    assert found == [f"{cell}: uses {used}, and own work is asked for"]
 
 
 @pytest.mark.parametrize("title", LABS)

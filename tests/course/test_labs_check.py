@@ -36,6 +36,23 @@ def test_check_tells_a_student_in_words_what_is_wrong(toy, capsys):
     ]
 
 
+def test_an_answer_above_its_place_or_in_a_cell_of_ones_own_is_one(toy, capsys):
+    """As where it is graded."""
+    beside = answer()
+    place = of_role(beside, "question")["why"]
+    place.source = f"Because of it.\n\n{place.source}"
+    below = answer()
+    below.cells.append(nbformat.v4.new_markdown_cell("Because of it."))
+    for mine, words in (
+        (beside, "a person reads your answer"),
+        (below, "a person reads your answer"),
+        (answer(), "no answer yet, it goes in the place of YOUR ANSWER HERE"),
+    ):
+        hand_in(toy / "mine.ipynb", mine)
+        cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")]))
+        assert f"  ? of 3  why: {words}" in capsys.readouterr().out.splitlines()
+
+
 @pytest.mark.slow
 def test_what_was_deleted_or_edited_counts_as_we_wrote_it_as_where_it_is_graded(
     toy, capsys

@@ -1,4 +1,4 @@
-"""Solutions that call what does the work already: told to the teacher, never graded.
+"""Solutions that use what does the work already: told to the teacher, never graded.
 
 A lab needs the library for its own checks and figures, so a piece can be "solved" by
 one call of it.  Whether that is a student's own work is for a person to say.
@@ -16,10 +16,11 @@ NUMBER = "my_number"  # a piece that may be typed, or computed with whatever is 
 
 
 def borrowed(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
-    """Which solutions call what the lab has for itself, in sentences.
+    """Which solutions use what the lab has for itself, in sentences.
 
-    That is what it imports from `LENDERS`, and its own functions, without those that
-    its own solutions call.
+    That is what it imports from `LENDERS`, under whatever name, what a solution imports
+    from the library, and the lab's own functions, without those that its own solutions
+    use.
 
     Parameters
     ----------
@@ -29,20 +30,20 @@ def borrowed(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
         A student's.
     """
     solutions = of_role(lab, "solution")
-    others = [
-        cell
+    lent = {
+        one
         for cell in of_role(lab, "given", "check").values()
         if cell.cell_type == "code"
-    ]
-    lent = {one for cell in others for one in _lent(cell.source)}
-    lent -= {_first(one) for cell in solutions.values() for one in _called(cell.source)}
+        for one in _lent(cell.source)
+    }
+    lent -= {_first(one) for cell in solutions.values() for one in _used(cell.source)}
     found = {
-        name(cell): sorted(one for one in _called(cell.source) if _first(one) in lent)
+        name(cell): _ready_made(cell.source, lent)
         for cell in notebook.cells
         if name(cell) in solutions.keys() - {NUMBER}
     }
     return [
-        f"{cell}: calls {' and '.join(names)}, and own work is asked for"
+        f"{cell}: uses {' and '.join(names)}, and own work is asked for"
         for cell, names in found.items()
         if names
     ]
@@ -53,37 +54,49 @@ def _lent(source: str) -> Iterator[str]:
     for node in _parsed(source).body:
         if isinstance(node, ast.FunctionDef):
             yield node.name
-        elif isinstance(node, ast.Import):
-            lenders = [alias for alias in node.names if _lends(alias.name)]
-            yield from (alias.asname or alias.name for alias in lenders)
-        elif isinstance(node, ast.ImportFrom) and _lends(node.module or ""):
-            yield from (alias.asname or alias.name for alias in node.names)
+    yield from (here for here, _, _ in _imported(source))
 
 
-def _lends(module: str) -> bool:
-    return module.split(".")[0] in LENDERS
-
-
-def _called(source: str) -> set[str]:
-    """What a cell calls and does not make itself, with its dots: `mkt.errors`."""
-    nodes = list(ast.walk(_parsed(source)))
-    called = {_dotted(node.func) for node in nodes if isinstance(node, ast.Call)}
-    made = {
-        node.id
-        for node in nodes
-        if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load)
+def _ready_made(source: str, lent: set[str]) -> list[str]:
+    """What a solution uses that is lent, or that it imports itself."""
+    own = {
+        here
+        for here, there, module in _imported(source)
+        if there in lent or module == LENDERS[0]
     }
+    return sorted(one for one in _used(source) if _first(one) in lent | own)
+
+
+def _imported(source: str) -> Iterator[tuple[str, str, str]]:
+    """What a cell imports from `LENDERS`: its name here and there, and from which."""
+    for node in ast.walk(_parsed(source)):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            for alias in node.names:
+                module = _first(getattr(node, "module", alias.name) or "")
+                if module in LENDERS:
+                    yield alias.asname or _first(alias.name), alias.name, module
+
+
+def _used(source: str) -> set[str]:
+    """What a cell uses and does not make itself, with its dots: `mkt.errors`."""
+    nodes = list(ast.walk(_parsed(source)))
+    names = [node for node in nodes if isinstance(node, ast.Name)]
+    made = {node.id for node in names if not isinstance(node.ctx, ast.Load)}
     made |= {node.arg for node in nodes if isinstance(node, ast.arg)}
-    return {one for one in called if _first(one) not in made}
+    within = {node.value for node in nodes if isinstance(node, ast.Attribute)}
+    whole = [
+        node for node in nodes if isinstance(node, ast.expr) and node not in within
+    ]
+    return {one for one in map(_dotted, whole) if one and _first(one) not in made}
 
 
-def _dotted(call: ast.expr) -> str:
+def _dotted(node: ast.expr) -> str:
     """A name with what is asked of it; "" where it is of something without a name."""
     asked: list[str] = []
-    while isinstance(call, ast.Attribute):
-        asked.insert(0, call.attr)
-        call = call.value
-    return ".".join([call.id, *asked]) if isinstance(call, ast.Name) else ""
+    while isinstance(node, ast.Attribute):
+        asked.insert(0, node.attr)
+        node = node.value
+    return ".".join([node.id, *asked]) if isinstance(node, ast.Name) else ""
 
 
 def _first(dotted: str) -> str:

@@ -1,5 +1,6 @@
 """What a student is told about one notebook: ``labs check``."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from nbformat import NotebookNode
@@ -7,6 +8,7 @@ from nbformat import NotebookNode
 from mkt.course.labs import LIMIT
 from mkt.course.labs.marks import (
     Mark,
+    answers,
     edited,
     failures_of,
     faults,
@@ -16,7 +18,14 @@ from mkt.course.labs.marks import (
     read,
     title_of,
 )
-from mkt.course.labs.notebooks import HANDOUT, STUBS, of_role, originals, points
+from mkt.course.labs.notebooks import (
+    HANDOUT,
+    STUBS,
+    name,
+    of_role,
+    originals,
+    points,
+)
 
 UNKNOWN = "the original of this lab is not here: its checks count as they are"
 
@@ -54,10 +63,10 @@ def check(path: Path, limit: float = LIMIT) -> tuple[list[str], bool]:
     failures = failures_of(lab, notebook, limit, boxed=False)
     results = marks(lab, failures)
     questions = of_role(lab, "question")
-    written = questions | of_role(notebook, "question")
+    answered = {*answers(lab, notebook)} if title else {*_begun(questions)}
     lines = [
         *map(_line, results),
-        *(_question(question, written[question]) for question in questions),
+        *(_question(cell, asked in answered) for asked, cell in questions.items()),
         *([] if title else [UNKNOWN]),
         *missing(lab, notebook),
         *edited(lab, notebook),
@@ -97,14 +106,19 @@ def _line(mark: Mark) -> str:
     return f"{mark.points:3g} of {mark.of:g}  {mark.check}{words}"
 
 
-def _question(question: str, cell: NotebookNode) -> str:
+def _begun(questions: dict[str, NotebookNode]) -> Iterator[str]:
+    """Those without a stub, where no original says what a student has added."""
+    for asked, cell in questions.items():
+        if STUBS["markdown"] not in cell.source:
+            yield asked
+
+
+def _question(cell: NotebookNode, answered: bool) -> str:
     """What becomes of a question, which no check can judge."""
-    stub = STUBS["markdown"]
-    text = cell.source.strip()
-    words = f"no answer yet, it goes in the place of {stub}"
-    if text and not text.endswith(stub):
+    words = f"no answer yet, it goes in the place of {STUBS['markdown']}"
+    if answered:
         words = "a person reads your answer"
-    return f"  ? of {points(cell):g}  {question}: {words}"
+    return f"  ? of {points(cell):g}  {name(cell)}: {words}"
 
 
 def _sum(results: list[Mark], to_read: float) -> str:

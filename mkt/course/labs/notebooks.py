@@ -31,14 +31,15 @@ HANDOUT = FOLDER.with_name("handout")  # the students', where JupyterLab shows t
 # As they were released, in a handout, which has no teacher's versions; a folder that
 # JupyterLab does not show, so that nobody works in it.
 ORIGINALS = HANDOUT / ".originals"
-# Those of nbgrader.
+# Those of nbgrader; what is said when the first one is run is ours.
 STUBS = {
-    "code": "# YOUR CODE HERE\nraise NotImplementedError()",
+    "code": "# YOUR CODE HERE\nraise NotImplementedError('not written yet')",
     "markdown": "YOUR ANSWER HERE",
 }
 CONFIGURATION = """\
 c = get_config()
 c.CourseDirectory.course_id = "mkt"
+c.ClearSolutions.code_stub = {{"python": {stub!r}}}
 c.ExecutePreprocessor.timeout = {limit}
 c.ExecutePreprocessor.interrupt_on_timeout = True  # and go on with the next cell
 """
@@ -182,7 +183,8 @@ def for_nbgrader(folder: Path) -> list[Path]:
     if folder.exists():
         raise ValueError(f"-o {folder}: it is there already; choose another name")
     known = _some(labs())
-    texts = {folder / "nbgrader_config.py": CONFIGURATION.format(limit=LIMIT)}
+    configuration = CONFIGURATION.format(limit=LIMIT, stub=STUBS["code"])
+    texts = {folder / "nbgrader_config.py": configuration}
     for title, lab in known.items():
         lab.cells = [cell for cell in lab.cells if cell.get("id") != "teacher"]
         texts[folder / "source" / title / f"{title}.ipynb"] = nbformat.writes(lab)

@@ -1,0 +1,34 @@
+"""Right pieces of labs, for checks that need one in place of a student's own.
+
+They are here and not in the checks, where who has not written a piece yet would read
+how it is done.
+"""
+
+import numpy as np
+
+from mkt.types import Array, ArrayLike, NDArray
+
+
+def histogram(labels: NDArray, weights: Array, m: int) -> Array:
+    """Lab 1: the histogram (m,) of bins (n,) with weights (n,); m is outside."""
+    q = np.bincount(labels, weights, minlength=m + 1)[:m]
+    return q / q.sum()
+
+
+def velocity(G: ArrayLike, points: ArrayLike) -> Array:
+    """Lab 8: velocities (n, 2) of points (n, 2) of the plane under (3, 3) G.
+
+    By moving them a hair, because a check may ask for complex ones.
+    """
+    G, points = np.asarray(G), np.asarray(points)
+    g = points @ G[:, :2].T + G[:, 2]
+    h = 1e-3
+    there, back = ((points + d * g[..., :2]) / (1 + d * g[..., 2:]) for d in (h, -h))
+    return (there - back) / (2 * h)
+
+
+def tilt(H: Array, C: Array) -> float:
+    """Lab 8: the angle [rad] of a plane's normal with the view, (3, 3) H and C."""
+    r1, r2 = (np.linalg.inv(C) @ H).T[:2]
+    normal = np.cross(r1, r2)
+    return float(np.arctan2(np.hypot(*normal[:2]), abs(normal[2])))
