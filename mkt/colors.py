@@ -343,7 +343,7 @@ class Joined:
         if not (isinstance(self.parts, tuple) and in_a_tuple(self.shares, None)):
             raise ValueError(
                 f"parts is {self.parts} and shares is {self.shares}; give a tuple of "
-                "bins and a tuple of as many finite numbers"
+                "at least one part and a tuple of as many finite numbers"
             )
         for part in self.parts:
             of_bins(part)

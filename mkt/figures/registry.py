@@ -23,7 +23,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from numbers import Integral, Real
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -232,18 +232,16 @@ class Entry:
         default = self.defaults[name]
         listed = self.values(name) if name in self.sliders else [default]
         if isinstance(default, Real) and not isinstance(default, bool):
-            return _such_a_number(value, listed, LEAST.get(name, min(listed)))
+            return _such_a_number(value, LEAST.get(name, min(listed)))
         if isinstance(default, str) and name in self.sliders:
             return value in listed, f"it takes {', '.join(map(repr, listed))}"
         return True, ""
 
 
-def _such_a_number(value: Any, listed: list, low: float) -> tuple[bool, str]:
-    """Whether a value is whole where all listed ones are, and of their sign."""
-    whole = all(isinstance(number, int) for number in listed)
-    fits = isinstance(value, Integral if whole else Real)
-    fits = fits and -math.inf < value < math.inf
-    need = f"it must be a {'whole' if whole else 'finite'} number"
+def _such_a_number(value: Any, low: float) -> tuple[bool, str]:
+    """Whether a value is a finite number of the sign of the least one."""
+    fits = isinstance(value, Real) and -math.inf < value < math.inf
+    need = "it must be a finite number"
     if low >= 0:
         need += " above 0" if low > 0 else ", at least 0"
         fits = fits and (value > 0 or value == low)
