@@ -350,7 +350,7 @@ class Joined:
         if len(self.parts) != len(self.shares):
             raise ValueError(
                 f"shares has {len(self.shares)} numbers for {len(self.parts)} parts; "
-                "give one share for each of at least one part"
+                "give one share for each"
             )
         if not (min(self.shares) >= 0 and 0 < sum(self.shares) < np.inf):
             raise ValueError(
