@@ -321,6 +321,16 @@ def test_one_line_names_the_files_without_marks(toy, capsys):
     graded(toy / "submitted", toy / "grades.csv")
     line = "no marks, see the notes in the table: bob/toy.zip, eve/toy.zip\n"
     assert line in capsys.readouterr().err
+    (toy / "submitted" / "bob").rename(toy / "aside")
+    hand_in(toy / "submitted" / "eve" / "toy.zip", "another")
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", "{")
+    graded(toy / "submitted", toy / "grades.csv")
+    line = "no marks, see the notes in the table: ada/toy.ipynb, eve/toy.zip\n"
+    assert line in capsys.readouterr().err
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer())
+    graded(toy / "submitted", toy / "grades.csv")
+    line = "no marks, see the notes in the table: eve/toy.zip\n"
+    assert line in capsys.readouterr().err
 
 
 def test_a_damaged_notebook_has_no_marks_and_its_page_says_so(toy, capsys):

@@ -142,6 +142,23 @@ def test_a_row_says_that_its_file_is_gone_and_its_page_does_not(grades, toy):
     assert GONE in notes["ada_toy.ipynb"] and GONE not in notes["ada/toy.ipynb"]
 
 
+def test_a_file_that_is_gone_has_no_total_and_its_page_stays(grades, toy):
+    """Points that were typed stay too, and all is as before when it is there again."""
+    typed(grades, "2,5")
+    merged(grades)
+    (before,) = table.read(grades)
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer())
+    (toy / "submitted" / "ada").rename(toy / "aside")
+    graded(toy / "submitted", grades)
+    for row in (table.read(grades)[0], merged(grades)[0]):
+        assert (row["why"], row["points"], row["total"]) == ("2,5", "1", "")
+        assert "3.5 of 6 points" in page(grades, "ada")
+        assert "Because." in page(grades, "ada")
+    (toy / "aside").rename(toy / "submitted" / "ada")
+    graded(toy / "submitted", grades)
+    assert table.read(grades)[0] == before
+
+
 def test_points_typed_for_text_in_another_place_go_with_that_text_alone(toy):
     notebook = answer(**GOOD | {"why": "Why?\n\nYOUR ANSWER HERE"})
     text = nbformat.v4.new_markdown_cell("Because I say so.")
@@ -207,9 +224,10 @@ def test_a_file_that_is_handed_in_again_keeps_the_points_of_the_same_answer(
     graded(toy / "submitted", grades)
     found = {row["points"]: row for row in table.read(grades)}
     assert {points: row["total"] for points, row in found.items()} == {
-        "1": "3.5",
+        "1": "",  # or a sum over the rows would count both
         "3": "5.5",
     }
+    assert found["1"]["why"] == "2,5"
     assert found["1"]["note"].splitlines()[0] == grading.OLDER
     assert found["3"]["note"] == ""
     assert "5.5 of 6 points" in page(grades, "ada")

@@ -133,17 +133,21 @@ def grade(
                 f"stopped: {output} {state}; the same command goes on from there"
             ) from None
     troubles = [row for row in rows if row["note"].startswith(OURS)]
-    unmarked = [row for row in rows if not row["points"] and row not in troubles]
+    unmarked = [
+        row["file"]
+        for row in rows
+        if not row["points"] and row not in troubles and not _replaced(row)
+    ]
     if unmarked:
-        files = ", ".join(row["file"] for row in unmarked)
+        files = ", ".join(unmarked)
         print(f"no marks, see the notes in the table: {files}", file=sys.stderr)
     return [f"{row['file']}: {row['note']}" for row in troubles]
 
 
 def _on_page(row: Row) -> Row:
     """What the page of a row depends on."""
-    lines = [line for line in row["note"].splitlines() if line != GONE]
-    return {key: text for key, text in row.items() if text} | {"note": "\n".join(lines)}
+    note = "\n".join(pages.for_students(row))
+    return {key: text for key, text in row.items() if text} | {"note": note}
 
 
 def merge(output: Path) -> None:
@@ -170,8 +174,8 @@ def merge(output: Path) -> None:
 
 def _unread(row: Row, sources: Labs) -> str:
     """Whose row has no total yet, and for want of which points; "" where none waits."""
-    instead = {GONE, OLDER} & {*row["note"].splitlines()}  # another row has its points
-    if row["lab"] not in sources or not row["points"] or row["total"] or instead:
+    waits = row["points"] and not row["total"] and not _replaced(row)
+    if row["lab"] not in sources or not waits:
         return ""
     questions = of_role(sources[row["lab"]], "question")
     blank = ", ".join(one for one in questions if not row.get(one))
@@ -248,7 +252,7 @@ def _write(
     for row in new:
         if OLDER in row["note"].splitlines():
             pages.remove(output, row)
-        elif row["lab"] in sources:
+        elif row["lab"] in sources and not _replaced(row):
             pages.write(output, row, sources[row["lab"]], models)
     present = {row["lab"] for row in rows}
     labs = {title: lab for title, lab in sources.items() if title in present}
@@ -256,7 +260,7 @@ def _write(
 
 
 def _sum_up(rows: list[Row], sources: Labs) -> None:
-    """The totals of rows; ValueError for all that is no number of points."""
+    """The totals of rows that count; ValueError for all that is no number of points."""
     wrong = []
     for row in rows:
         lab = sources.get(row["lab"])
@@ -265,11 +269,16 @@ def _sum_up(rows: list[Row], sources: Labs) -> None:
             continue
         try:
             row["points"] = _sum(row, lab, "check") or row["points"]
-            row["total"] = _total(row, lab)
+            row["total"] = "" if _replaced(row) else _total(row, lab)
         except ValueError as error:
             wrong.append(str(error))
     if wrong:
         raise ValueError("; ".join(wrong))
+
+
+def _replaced(row: Row) -> bool:
+    """Whether the file of a row is another by now, or gone: it counts no more."""
+    return not {GONE, OLDER}.isdisjoint(row["note"].splitlines())
 
 
 def _total(row: Row, lab: NotebookNode) -> str:

@@ -9,7 +9,7 @@ import jinja2
 from nbformat import NotebookNode
 
 from mkt.course.labs.notebooks import headings, of_role, points
-from mkt.course.labs.submissions import GONE, OF_OTHERS
+from mkt.course.labs.submissions import OF_OTHERS
 from mkt.course.labs.table import Row
 from mkt.files import whole
 
@@ -54,16 +54,17 @@ def write(output: Path, row: Row, lab: NotebookNode, models: bool) -> None:
             (check, where[check], row.get(check) or "?", points(cell))
             for check, cell in of_role(lab, "check", "question").items()
         ],
-        notes=[
-            one
-            for one in row["note"].splitlines()
-            if one != GONE and not one.startswith(OF_OTHERS)
-        ],
+        notes=for_students(row),
         answers=_models(lab) if models and row["total"] else {},
     )
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole(path) as half:
         half.write_text(page, encoding="utf-8")
+
+
+def for_students(row: Row) -> list[str]:
+    """The lines of a note that are on the page: not those for the teacher alone."""
+    return [one for one in row["note"].splitlines() if not one.startswith(OF_OTHERS)]
 
 
 def is_there(output: Path, row: Row) -> bool:
