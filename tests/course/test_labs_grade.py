@@ -356,6 +356,37 @@ def test_an_accent_makes_no_second_student(toy):
     assert all("another file of this lab by this student" in r["note"] for r in found)
 
 
+def test_notes_of_other_files_are_said_anew_in_every_row(toy):
+    """Also in rows that were there before; what a teacher has added to one stays."""
+    folder, output = toy / "submitted", toy / "grades.csv"
+
+    def notes():
+        graded(folder, output)
+        return {row["file"]: row["note"].splitlines() for row in table.read(output)}
+
+    hand_in(folder / "ada" / "toy.ipynb", answer(**GOOD))
+    assert notes() == {"ada/toy.ipynb": []}
+    hand_in(folder / "bob" / "toy.ipynb", answer(**GOOD))
+    hand_in(folder / "ada" / "toy (1).ipynb", "{")
+    of_ada = [
+        "the same file, byte for byte, as bob/toy.ipynb",
+        "there is another file of this lab by this student: ada/toy (1).ipynb",
+    ]
+    found = notes()
+    assert found["ada/toy.ipynb"] == of_ada
+    assert found["bob/toy.ipynb"] == [of_ada[0].replace("bob", "ada")]
+    assert "this student: ada/toy.ipynb" in found["ada/toy (1).ipynb"][0]
+    first = output.read_bytes()
+    assert notes() == found and output.read_bytes() == first
+    text = output.read_text(encoding="utf-8-sig").replace(of_ada[0], f"{of_ada[0]}: no")
+    output.write_text(text, encoding="utf-8-sig")
+    assert notes()["ada/toy.ipynb"] == [*of_ada, f"{of_ada[0]}: no"]
+    (folder / "bob" / "toy.ipynb").unlink()
+    found = notes()
+    assert found["ada/toy.ipynb"] == [of_ada[1], f"{of_ada[0]}: no"]
+    assert found["bob/toy.ipynb"][0] == "this file is no longer in the folder"
+
+
 def test_what_is_too_large_for_a_notebook_is_told_the_remedy(toy, monkeypatch):
     monkeypatch.setattr("mkt.course.labs.submissions.LARGEST", 1e4)
     large = answer(**GOOD)

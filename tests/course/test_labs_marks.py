@@ -244,8 +244,13 @@ def test_points_of_another_answer_stay_in_the_older_row_and_the_new_one_says_so(
     graded(toy / "submitted", grades)
     found = {row["points"]: row for row in table.read(grades)}
     assert found["3"]["why"] == found["3"]["total"] == ""
-    assert found["3"]["note"] == grading.ELSEWHERE
+    assert found["3"]["note"] == pages.ELSEWHERE
     assert found["1"]["why"] == "2,5"
+    assert pages.ELSEWHERE not in page(grades, "ada")
+    table.write(
+        grades, found["3"], [found["1"], found["3"] | {"why": "1"}], table.SEPARATORS[0]
+    )
+    assert {row["points"]: row["note"] for row in merged(grades)}["3"] == ""
 
 
 def test_no_points_for_no_answer_are_none_that_were_typed(toy):

@@ -2,10 +2,11 @@
 
 The table is only ever written here.  A row that it has stays as it is, with what a
 teacher has typed into it, even while this runs, so that a run that was stopped can be
-started again.  A file that was handed in again has another row; the older ones say so,
-and have no page.
+started again; only what its note says of other files is said anew.  A file that was
+handed in again has another row; the older ones say so, and have no page.
 """
 
+import re
 import sys
 import tempfile
 from collections.abc import Iterable, Mapping
@@ -34,6 +35,7 @@ from mkt.course.labs.marks import (
 from mkt.course.labs.marks import read as read_notebook
 from mkt.course.labs.notebooks import labs, of_role, points
 from mkt.course.labs.submissions import (
+    BESIDE,
     GONE,
     NOTHING,
     Submission,
@@ -47,13 +49,13 @@ from mkt.files import new_file
 AT_ONCE = 2  # submissions, each of which has two processes
 OURS = "not graded, and not by the student's fault"
 OLDER = "an older version of this file"
-ELSEWHERE = "the typed points are in the row of an older version, whose answer differs"
 UNANSWERED = "not answered"
 # Which a person has to read.
 ASIDE = "not answered in its place; other text of the student's:"
 BEGINNING = 200  # [letters] of it in the note; all of it is among the answers
 NAMELESS = "no student's name in that of the file; the folder's stands for it"
 Labs = Mapping[str, NotebookNode]
+Odd = Mapping[Path, list[str]]
 
 
 def grade(
@@ -106,17 +108,18 @@ def grade(
         found = handed_in(folder, sources, Path(copies), ours)
         found = [_recognised(one, sources) for one in found]
         odd = coincidences(found, _names(found))
-        grader = _Grader(sources, odd, limit, boxed=not trusted)
+        grader = _Grader(sources, limit, boxed=not trusted)
         done = {(row["file"], row["sha256"]) for row in rows}
         left = [one for one in found if _key(one) not in done]
         rows = _without_late(rows, found)
-        _tell_older(rows, found)
+        _tell(rows, found, odd)
         if rows:
             _write(output, rows, [], sources, comma)
         try:
             for row in grader.rows(left):
                 rows = _rows_so_far(output) if rows else []
                 _carry_over(row, [*rows, *failed], sources)
+                _tell([row], found, odd)
                 rows.append(row)
                 _write(output, rows, [row], sources, comma)
             rows = _rows_so_far(output) if rows else []
@@ -195,9 +198,17 @@ def _without_late(rows: list[Row], found: Iterable[Submission]) -> list[Row]:
     return [row for row in rows if row["note"] != NOTHING or row["file"] in there]
 
 
-def _tell_older(rows: list[Row], found: Iterable[Submission]) -> None:
-    """Note in each row whether its file has been handed in again, or is gone."""
+def _tell(rows: list[Row], found: Iterable[Submission], odd: Odd) -> None:
+    """Note in each row whether its file has been handed in again, or is gone.
+
+    Those of the other rows, which count, say what is odd about their files now.
+    """
     newest = dict(map(_key, found))
+    files = tuple(f" {row['file']}" for row in rows)
+    now = {
+        table.harmless(str(path)): [*map(table.harmless, lines)]
+        for path, lines in odd.items()
+    }
     for row in rows:
         lines = [line for line in row["note"].splitlines() if line != GONE]
         if row["file"] not in newest:
@@ -206,7 +217,17 @@ def _tell_older(rows: list[Row], found: Iterable[Submission]) -> None:
             lines = [line for line in lines if line != OLDER]
             if row["sha256"] != newest[row["file"]]:
                 lines.insert(0, OLDER)
+            elif not row["note"].startswith(OURS):
+                said = now.get(row["file"], [])
+                rest = [one for one in lines if not _is_of_files(one, files)]
+                lines = said + [one for one in rest if one not in said]
         row["note"] = "\n".join(lines)
+
+
+def _is_of_files(line: str, files: tuple[str, ...]) -> bool:
+    """Whether a line says what is odd, and no teacher has written behind the files."""
+    named = re.sub(r" and \d+ more$", "", line)
+    return line.startswith(BESIDE) and named.endswith(files)
 
 
 def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
@@ -230,7 +251,7 @@ def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
         if same:
             row[one] = same[-1]
         elif typed:
-            row["note"] = "\n".join([ELSEWHERE, *row["note"].splitlines()])
+            row["note"] = "\n".join([*row["note"].splitlines(), pages.ELSEWHERE])
 
 
 def _write(
@@ -270,6 +291,9 @@ def _sum_up(rows: list[Row], sources: Labs) -> None:
         try:
             row["points"] = _sum(row, lab, "check") or row["points"]
             row["total"] = "" if _replaced(row) else _total(row, lab)
+            if row["total"]:
+                lines = row["note"].splitlines()
+                row["note"] = "\n".join(one for one in lines if one != pages.ELSEWHERE)
         except ValueError as error:
             wrong.append(str(error))
     if wrong:
@@ -373,14 +397,12 @@ class _Grader:
     ----------
     sources : dict
         The labs by name.
-    odd : dict
-        What is odd about submissions beside one another.
     limit : float [s]
     boxed : bool
     """
 
-    def __init__(self, sources: Labs, odd: dict, limit: float, *, boxed: bool):
-        self.sources, self.odd, self.limit, self.boxed = sources, odd, limit, boxed
+    def __init__(self, sources: Labs, limit: float, *, boxed: bool):
+        self.sources, self.limit, self.boxed = sources, limit, boxed
 
     def rows(self, found: list[Submission]) -> Iterable[Row]:
         """The rows of submissions, as they come."""
@@ -432,7 +454,6 @@ class _Grader:
         notes = [
             *([] if str(one.lab) in one.path.stem else [renamed]),
             *([] if one.named else [NAMELESS]),
-            *self.odd[one.path],
             *(f"{one}: {_unanswered(aside)}" for one in questions if one not in said),
             *missing(lab, notebook),
             *edited(lab, notebook),

@@ -13,6 +13,9 @@ from mkt.course.labs.submissions import OF_OTHERS
 from mkt.course.labs.table import Row
 from mkt.files import whole
 
+ELSEWHERE = "the typed points are in the row of an older version, whose answer differs"
+FOR_TEACHERS = (*OF_OTHERS, ELSEWHERE)  # with which lines of a note begin
+
 _TEMPLATES = jinja2.Environment(
     loader=jinja2.FileSystemLoader(Path(__file__).parent),
     autoescape=True,
@@ -63,8 +66,9 @@ def write(output: Path, row: Row, lab: NotebookNode, models: bool) -> None:
 
 
 def for_students(row: Row) -> list[str]:
-    """The lines of a note that are on the page: not those for the teacher alone."""
-    return [one for one in row["note"].splitlines() if not one.startswith(OF_OTHERS)]
+    """The lines of a note that are on the page."""
+    lines = row["note"].splitlines()
+    return [one for one in lines if not one.startswith(FOR_TEACHERS)]
 
 
 def is_there(output: Path, row: Row) -> bool:

@@ -26,6 +26,8 @@ OF_OTHERS = SAME_NAME, SAME_FILE = (
     "the name in it",
     "the same file, byte for byte, as",
 )
+SECOND = "there is another file of this lab by this student:"
+BESIDE = (*OF_OTHERS, SECOND)  # all that a note may say of other files
 
 
 @dataclass(frozen=True)
@@ -242,9 +244,7 @@ def _odd(
             other for other in named if other.student != one.student
         ],
         SAME_FILE: [other for other in others if other.sha256 == one.sha256],
-        "there is another file of this lab by this student:": [
-            other for other in of_lab if other.student == one.student
-        ],
+        SECOND: [other for other in of_lab if other.student == one.student],
     }
     return [f"{words} {_listed(found)}" for words, found in alike.items() if found]
 
@@ -252,4 +252,5 @@ def _odd(
 def _listed(found: list[Submission]) -> str:
     """The first files of a list, and how many there are beyond these."""
     more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
-    return ", ".join(str(one.path) for one in found[:SHOWN]) + more
+    names = ", ".join(str(one.path) for one in found[:SHOWN]) + more
+    return names.replace("\n", " ")  # which a file's name may have in it
