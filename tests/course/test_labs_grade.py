@@ -338,12 +338,17 @@ def test_a_damaged_notebook_has_no_marks_and_its_page_says_so(toy, capsys):
     whole = nbformat.writes(answer(**GOOD))
     hand_in(toy / "submitted" / "bob" / "toy.ipynb", whole[: len(whole) // 2])
     row = graded(toy / "submitted", toy / "grades.csv")["bob"]
+    assert row["note"] == (
+        "this file cannot be read: save the notebook again and hand it in: "
+        "toy.ipynb is not a notebook: no JSON object"
+    )
     given = [row[one] for one in ("points", "total", "check_add", "check_six", "why")]
     assert given == [""] * 5
     assert "no marks, see the notes in the table: bob/toy" in capsys.readouterr().err
     (page,) = (toy / "grades_pages" / "bob").glob("*.html")
     text = page.read_text(encoding="utf-8")
-    assert "Not graded yet." in text and "toy.ipynb is not a notebook" in text
+    assert "Not graded yet." in text and row["note"] in text
+    assert "<table>" not in text  # of nothing but question marks
 
 
 def test_an_accent_makes_no_second_student(toy):

@@ -1,5 +1,7 @@
 """Marks reach students: the table that a teacher fills in, and the pages."""
 
+import json
+
 import nbformat
 import pytest
 
@@ -382,6 +384,16 @@ def test_a_limit_may_be_broken(toy):
 def test_text_of_students_is_harmless_in_a_table(text, shown):
     assert table.harmless(text) == shown
     assert table.harmless(shown) == shown
+
+
+@pytest.mark.parametrize("text", ["PK\x03\x04" * 99, None])
+def test_why_a_file_is_no_notebook_is_told_without_what_is_in_it(text, tmp_path):
+    cell = nbformat.v4.new_code_cell("x = 1\n" * 99) | {"cell_type": "strange"}
+    notebook = nbformat.v4.new_notebook() | {"cells": [cell]}
+    hand_in(tmp_path / "lab.ipynb", text or json.dumps(notebook))
+    with pytest.raises(ValueError, match="lab.ipynb is not a notebook: .*") as found:
+        marks.read(tmp_path / "lab.ipynb")
+    assert "PK" not in str(found.value) and "x = 1" not in str(found.value)
 
 
 @pytest.mark.parametrize("title", labs())

@@ -49,6 +49,7 @@ from mkt.files import new_file
 AT_ONCE = 2  # submissions, each of which has two processes
 OURS = "not graded, and not by the student's fault"
 OLDER = "an older version of this file"
+UNREAD = "this file cannot be read: save the notebook again and hand it in"
 UNANSWERED = "not answered"
 # Which a person has to read.
 ASIDE = "not answered in its place; other text of the student's:"
@@ -440,7 +441,7 @@ class _Grader:
         try:
             notebook = read_notebook(copy)
         except ValueError as error:
-            return {"note": str(error).replace(str(copy), one.path.name)}
+            return {"note": f"{UNREAD}: {error}".replace(str(copy), one.path.name)}
         maxima = [points(cell) for cell in of_role(lab, "check").values()]
         manual = [points(cell) for cell in of_role(lab, "question").values()]
         most = {"of": f"{sum(maxima):g}", "maximum": f"{sum(maxima + manual):g}"}

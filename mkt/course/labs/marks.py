@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import nbformat
 from nbformat import NotebookNode
+from nbformat.reader import NotJSONError
 
 from mkt.course.labs.judge import judged
 from mkt.course.labs.notebooks import headings, name, of_role, points, released, role
@@ -63,8 +64,10 @@ def read(path: Path) -> NotebookNode:
         raise
     except UnicodeDecodeError:
         raise ValueError(f"{path} is not a notebook: it is no text") from None
-    except AttributeError:  # it asks a list, or a number, for its parts
+    except (AttributeError, NotJSONError):  # it asks a list, or a number, for its parts
         raise ValueError(f"{path} is not a notebook: no JSON object") from None
+    except nbformat.ValidationError:  # which shows the whole cell
+        raise ValueError(f"{path} is not a notebook: of another form") from None
     except Exception as error:  # nbformat raises about anything for a file that is none
         why = str(error).splitlines()[0]
         raise ValueError(f"{path} is not a notebook: {why}") from None
