@@ -73,7 +73,7 @@ def test_a_whole_course_with_one_name_is_noted_in_one_line_each():
         for lab in ("lab_1", "lab_3")
     ]
     names = dict.fromkeys((one.path for one in found), "Ada Lovelace")
-    noted = coincidences(found, names)
+    noted = coincidences(found, names, {})
     assert noted[Path("s0/lab_1.ipynb")] == [
         "the name in it, 'Ada Lovelace', is also in "
         "s1/lab_1.ipynb, s2/lab_1.ipynb, s3/lab_1.ipynb and 2 more"
@@ -84,7 +84,7 @@ def test_a_whole_course_with_one_name_is_noted_in_one_line_each():
 def test_one_name_written_in_two_ways_is_noted_for_it_has_one_scene():
     names = {"a": "Li Wei", "b": "li  wei", "c": "Lí Wei", "d": " ", "e": " "}
     found = [Submission(one, "lab_1", Path(one), sha256=one) for one in names]
-    noted = coincidences(found, {Path(one): name for one, name in names.items()})
+    noted = coincidences(found, {Path(one): name for one, name in names.items()}, {})
     assert {str(path): sentences for path, sentences in noted.items()} == {
         "a": ["the name in it, 'Li Wei', is also in b"],
         "b": ["the name in it, 'li  wei', is also in a"],

@@ -19,6 +19,7 @@ from nbformat import NotebookNode
 from tqdm import tqdm
 
 from mkt.course.labs import LIMIT, pages, sandbox, table
+from mkt.course.labs.alike import compared
 from mkt.course.labs.borrowed import borrowed
 from mkt.course.labs.marks import (
     answers,
@@ -108,7 +109,7 @@ def grade(
         ours = output, pages.rubrics_of(output), pages.folder_of(output)
         found = handed_in(folder, sources, Path(copies), ours)
         found = [_recognised(one, sources) for one in found]
-        odd = coincidences(found, _names(found))
+        odd = _odd(found, sources)
         grader = _Grader(sources, limit, boxed=not trusted)
         done = {(row["file"], row["sha256"]) for row in rows}
         left = [one for one in found if _key(one) not in done]
@@ -137,15 +138,16 @@ def grade(
                 f"stopped: {output} {state}; the same command goes on from there"
             ) from None
     troubles = [row for row in rows if row["note"].startswith(OURS)]
-    unmarked = [
-        row["file"]
-        for row in rows
-        if not row["points"] and row not in troubles and not _replaced(row)
-    ]
-    if unmarked:
-        files = ", ".join(unmarked)
-        print(f"no marks, see the notes in the table: {files}", file=sys.stderr)
+    _name_unmarked([row for row in rows if row not in troubles])
     return [f"{row['file']}: {row['note']}" for row in troubles]
+
+
+def _name_unmarked(rows: Iterable[Row]) -> None:
+    """Say which of the rows that count have no marks."""
+    unmarked = [row for row in rows if not row["points"] and not _replaced(row)]
+    if unmarked:
+        files = ", ".join(row["file"] for row in unmarked)
+        print(f"no marks, see the notes in the table: {files}", file=sys.stderr)
 
 
 def _on_page(row: Row) -> Row:
@@ -370,14 +372,16 @@ def _recognised(one: Submission, sources: Labs) -> Submission:
     return replace(one, lab=title or one.lab)
 
 
-def _names(found: Iterable[Submission]) -> dict[Path, str]:
-    """The names that stand in submissions, where they can be read."""
-    names = {}
+def _odd(found: Iterable[Submission], sources: Labs) -> Odd:
+    """What is odd about submissions beside one another, where they can be read."""
+    names, work = {}, {}
     for one in found:
         with suppress(Exception):  # one failure must not stop the others
-            if one.copy:
-                names[one.path] = written_name(read_notebook(one.copy))
-    return names
+            if one.copy and one.lab:
+                notebook = read_notebook(one.copy)
+                names[one.path] = written_name(notebook)
+                work[one.path] = compared(sources[one.lab], notebook)
+    return coincidences(found, names, work)
 
 
 def _unanswered(aside: str) -> str:

@@ -22,9 +22,10 @@ NOTHING = "nothing was handed in"  # in a folder of a student
 GONE = "this file is no longer in the folder"
 ARCHIVES = (".zip", ".tar", ".gz", ".tgz", ".7z", ".rar")
 # Sentences that begin so name other students.
-OF_OTHERS = SAME_NAME, SAME_FILE = (
+OF_OTHERS = SAME_NAME, SAME_FILE, SAME_WORK = (
     "the name in it",
     "the same file, byte for byte, as",
+    "the same work:",
 )
 SECOND = "there is another file of this lab by this student:"
 BESIDE = (*OF_OTHERS, SECOND)  # all that a note may say of other files
@@ -207,42 +208,56 @@ def _trouble(path: Path) -> str:
 
 
 def coincidences(
-    found: Iterable[Submission], names: Mapping[Path, str]
+    found: Iterable[Submission],
+    names: Mapping[Path, str],
+    work: Mapping[Path, Mapping[str, str]],
 ) -> dict[Path, list[str]]:
     """What is odd about submissions beside one another, {path: sentences}.
 
     That is a file that others have too, a second one of the same student and lab, and
-    the same scene for two students.
+    the same scene or the same work of two students.
 
     Parameters
     ----------
     found : iterable of Submission
     names : dict
         The name that stands in each notebook, see `mkt.course.labs.variants`.
+    work : dict
+        What is compared of each, see `mkt.course.labs.alike`.
     """
     graded = [one for one in found if not one.trouble]
     return {
-        one.path: _odd(one, [other for other in graded if other is not one], names)
+        one.path: _odd(one, [two for two in graded if two is not one], names, work)
         for one in graded
     }
 
 
 def _odd(
-    one: Submission, others: list[Submission], names: Mapping[Path, str]
+    one: Submission,
+    others: list[Submission],
+    names: Mapping[Path, str],
+    work: Mapping[Path, Mapping[str, str]],
 ) -> list[str]:
     """The sentences about one submission beside the others."""
     written = names.get(one.path, "")
     plain = plain_name(written)
     of_lab = [other for other in others if one.lab and other.lab == one.lab]
-    named = [
-        other
-        for other in of_lab
-        if plain and plain_name(names.get(other.path, "")) == plain
-    ]
+    foreign = [other for other in of_lab if other.student != one.student]
+    same_work = {
+        f"{SAME_WORK} {what} is also in": [
+            other
+            for other in foreign
+            if work.get(other.path, {}).get(what) == text and other.sha256 != one.sha256
+        ]
+        for what, text in work.get(one.path, {}).items()
+    }
     alike = {
         f"{SAME_NAME}, {written!r}, is also in": [
-            other for other in named if other.student != one.student
+            other
+            for other in foreign
+            if plain and plain_name(names.get(other.path, "")) == plain
         ],
+        **same_work,
         SAME_FILE: [other for other in others if other.sha256 == one.sha256],
         SECOND: [other for other in of_lab if other.student == one.student],
     }

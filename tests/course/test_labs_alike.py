@@ -1,0 +1,86 @@
+"""A copy is noted that is not the same file, and honest work is not."""
+
+import nbformat
+import pytest
+
+from mkt.course.labs.alike import OWN, compared
+from mkt.course.labs.notebooks import labs, of_role, released
+from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
+
+WHY = "A kernel is one number for each place, and says nothing of turns."
+CODE = {
+    "add": "def add(a, b):\n    return b + a",
+    "six": "def six():\n    return 2 * 3",
+}
+
+
+def test_a_copy_with_other_words_round_it_is_noted_for_both_and_on_no_page(toy):
+    other = "def six():  # by me\n\n    return (2 * 3)"
+    copy = answer(**CODE | {"why": f"Why?\n\n{WHY.upper()} ", "six": other})
+    copy.cells.append(nbformat.v4.new_code_cell(""))
+    for student, notebook in {
+        "olga": answer(**CODE | {"why": f"Why?\n\n{WHY}"}),
+        "pete": copy,
+        "ada": answer(**GOOD),
+    }.items():
+        hand_in(toy / "submitted" / student / "toy.ipynb", notebook)
+    rows = graded(toy / "submitted", toy / "grades.csv")
+    for student, friend in (("olga", "pete"), ("pete", "olga")):
+        assert rows[student]["note"].splitlines() == [
+            f"the same work: the answer to why is also in {friend}/toy.ipynb",
+            f"the same work: all its code is also in {friend}/toy.ipynb",
+        ]
+        (page,) = (toy / "grades_pages" / student).iterdir()
+        assert "the same work" not in page.read_text(encoding="utf-8")
+    assert rows["ada"]["note"] == ""
+
+
+def test_two_files_of_one_student_and_the_same_file_are_told_as_such_alone(toy):
+    notebook = answer(**CODE | {"why": f"Why?\n\n{WHY}"})
+    for place in ("ada/toy.ipynb", "bob/toy.ipynb"):
+        hand_in(toy / "submitted" / place, notebook)
+    notebook.cells.append(nbformat.v4.new_code_cell(""))
+    hand_in(toy / "submitted" / "ada" / "toy (1).ipynb", notebook)
+    note = graded(toy / "submitted", toy / "grades.csv")["bob"]["note"]
+    assert "same work: all its code is also in ada/toy (1).ipynb" in note
+    assert "byte for byte, as ada/toy.ipynb" in note
+    assert len(note.splitlines()) == 3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"why": "Why?\n\nIt says nothing of turns."},
+        {"add": GOOD["add"], "six": GOOD["six"]},  # the model solutions
+        {"six": "def six():\n    # YOUR CODE HERE\n    raise NotImplementedError()"},
+        {"six": None},
+    ],
+)
+def test_what_honest_students_share_is_not_compared(change):
+    whole = CODE | {"why": f"Why?\n\n{WHY}"}
+    assert len(compared(TOY, answer(**whole))) == 2
+    assert len(compared(TOY, answer(**whole | change))) == 1
+
+
+@pytest.mark.parametrize("title", labs())
+def test_neither_the_untouched_lab_nor_its_model_answers_are_compared(title):
+    lab, solved = labs()[title], labs()[title]
+    assert compared(lab, released(lab)) == {}
+    for cell in of_role(solved, "solution", "question").values():
+        lines = cell.source.splitlines()
+        cell.source = "\n".join(line for line in lines if "SOLUTION" not in line)
+    assert compared(lab, solved) == {}
+    for cell in of_role(solved, "solution").values():
+        cell.source += "\nmine = 1"
+    copied = compared(lab, solved)
+    assert list(copied) == ["all its code"]
+    for piece, cell in of_role(solved, "solution").items():
+        if piece in OWN:
+            cell.source += "\nyours = 2"
+    assert compared(lab, solved) == copied
+
+
+def test_code_that_python_cannot_read_is_compared_as_it_is():
+    broken = CODE | {"add": "def add(a, b)\n    return a + b"}
+    assert compared(TOY, answer(**broken)) == compared(TOY, answer(**broken))
+    assert list(compared(TOY, answer(**broken))) == ["all its code"]
