@@ -45,9 +45,9 @@ What it adds to the combination of [T09], each for a failure seen there:
   (`mkt.trackers.last_word`); a turn that they take is said where the kernels believe
   one.  The tracker itself goes on from where the kernels ended (rigid things).
 
-Where the time goes, on 200 frames of F: 37 % in the starts (8 of them in the one
-anywhere), 20 in the particles, 12 in the other model of the turn, 12 in the last word,
-11 in the close-up.
+Where the time goes, on 200 frames of F: 36 % in the starts (7 of them in the one
+anywhere), 20 in the particles, 18 in the close-up, 11 in the other model of the turn, 7
+in the last word.
 
 How the settings were chosen, what else was tried, and when the report set was looked at
 is told in ``data/trials_of_guided.md``.
