@@ -1,10 +1,12 @@
 """A copy is noted that is not the same file, and honest work is not."""
 
+from textwrap import indent
+
 import nbformat
 import pytest
 
 from mkt.course.labs.alike import OWN, compared
-from mkt.course.labs.notebooks import labs, of_role, released
+from mkt.course.labs.notebooks import STUBS, labs, of_role, released
 from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
 
 WHY = "A kernel is one number for each place, and says nothing of turns."
@@ -52,7 +54,7 @@ def test_two_files_of_one_student_and_the_same_file_are_told_as_such_alone(toy):
     [
         {"why": "Why?\n\nIt says nothing of turns."},
         {"add": GOOD["add"], "six": GOOD["six"]},  # the model solutions
-        {"six": "def six():\n    # YOUR CODE HERE\n    raise NotImplementedError()"},
+        {"six": "def six():\n" + indent(STUBS["code"], "    ")},  # not written
         {"six": None},
     ],
 )
