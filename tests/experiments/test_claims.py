@@ -398,6 +398,18 @@ def test_each_line_of_the_student_has_the_tracker_that_it_names(monkeypatch):
     assert [part.ours for part in parts["N03-c"]] == [False] * 6 + [True] * 2
 
 
+def test_the_filter_is_more_reliable_where_mean_shift_loses_more():
+    """And the lines in which it has hues alone have no say."""
+
+    class Flat:
+        def __call__(self, kind, label, number):
+            return np.full(6, float(label == "meanshift"))
+
+    parts = CLAIMS["N03-h"].function(Flat())
+    assert all((part.values == 1).all() and not part.below for part in parts)
+    assert all(part.ours == ("by hue" in part.text) for part in parts)
+
+
 def test_the_model_learns_behind_the_tree_where_it_is_updated_there(monkeypatch):
     """In the frames that hide the student all of it counts, and nothing else does."""
     clip = n03.kept.clip(stories.students(500))

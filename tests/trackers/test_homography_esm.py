@@ -158,6 +158,16 @@ def test_the_likeness_of_a_card_half_outside_is_that_of_the_other_half():
     assert esm_step(picture, shifted)[0][0] == pytest.approx(0.02, abs=0.005)
 
 
+def test_what_lies_outside_has_no_say_in_the_light():
+    """However bright the picture is there, and however dim the frame has become."""
+    picture = waves(np.eye(3))
+    seen = 0.4 * picture + 30
+    picture[:, :60] += 3 * np.ptp(picture)
+    seen[:, :60] = np.nan
+    _, correlation = esm_step(picture, seen)
+    assert correlation == pytest.approx(1, abs=1e-4)
+
+
 def test_a_small_object_is_kept_at_no_less_than_eight_pixels():
     clip = card("base", 3).sequence()
     region = np.array([90.0, 80.0, 0.0, 3.0, 2.0])

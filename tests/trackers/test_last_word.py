@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from mkt.evaluation import overlap
-from mkt.regions import displaced
+from mkt.regions import displaced, size
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
-from mkt.trackers.last_word import PIXELS, aligned, picture_of
+from mkt.trackers.last_word import PIXELS, _close_up, _over, aligned, picture_of
 
 CLIP = Scene(Layer("car", 80.0, ((0.0, 159.5, 119.5, 0.2, 1.0),)), length=2).sequence()
 FRAME, REGION = CLIP.frames[0], CLIP.truth[0]
@@ -50,6 +50,18 @@ def test_place_turn_and_size_come_back(off, pitch):
     region, correlation = aligned(FRAME, picture, start, pitch)
     assert overlap(region, REGION) > 0.985 > overlap(start, REGION)
     assert correlation > 0.9 and abs(region[2] - REGION[2]) < 0.01
+
+
+@pytest.mark.parametrize("pitch", [1, 2])
+@pytest.mark.parametrize("dtheta", [0.0, 0.9, -2.4])
+def test_the_close_up_has_room_for_the_steps(pitch, dtheta):
+    """For as far as they bring anything back: a fifth of the size."""
+    picture = picture_of(FRAME, REGION, pitch)
+    start = displaced(REGION, dtheta=dtheta)
+    close_up = _close_up(FRAME, start, pitch)
+    fifth = 0.2 * size(REGION)
+    for dx, dy in ((fifth, 0), (-fifth, 0), (0, fifth), (0, -fifth)):
+        assert np.isfinite(_over(close_up, displaced(start, dx, dy), picture)).all()
 
 
 def test_another_light_makes_no_difference():

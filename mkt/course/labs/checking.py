@@ -1,6 +1,5 @@
 """What a student is told about one notebook: ``labs check``."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 from nbformat import NotebookNode
@@ -63,7 +62,7 @@ def check(path: Path, limit: float = LIMIT) -> tuple[list[str], bool]:
     failures = failures_of(lab, notebook, limit, boxed=False)
     results = marks(lab, failures)
     questions = of_role(lab, "question")
-    answered = {*answers(lab, notebook)} if title else {*_begun(questions)}
+    answered = {*answers(lab, notebook)} if title else _begun(questions)
     lines = [
         *map(_line, results),
         *(_question(cell, asked in answered) for asked, cell in questions.items()),
@@ -106,11 +105,10 @@ def _line(mark: Mark) -> str:
     return f"{mark.points:3g} of {mark.of:g}  {mark.check}{words}"
 
 
-def _begun(questions: dict[str, NotebookNode]) -> Iterator[str]:
+def _begun(questions: dict[str, NotebookNode]) -> set[str]:
     """Those without a stub, where no original says what a student has added."""
-    for asked, cell in questions.items():
-        if STUBS["markdown"] not in cell.source:
-            yield asked
+    stub = STUBS["markdown"]
+    return {asked for asked, cell in questions.items() if stub not in cell.source}
 
 
 def _question(cell: NotebookNode, answered: bool) -> str:
