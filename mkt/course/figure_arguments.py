@@ -12,7 +12,10 @@ from mkt.figures.static_panel import label
 ALL_TRACKERS = "own.success"  # draws whatever is registered
 LARGEST = 2**53  # up to here a float holds every whole number, and tables have floats
 SHORT = {"n": "particles"}  # as the papers call the number of particles
-ANY = "Numbers need not be one of those listed, which are the positions of a slider."
+ANY = (
+    "Numbers need not be one of those listed, which are the positions of a slider, but "
+    "of a sign and a size that make sense."
+)
 
 
 def listing(name: str | None = None) -> str:

@@ -367,6 +367,7 @@ def test_names_may_stand_before_and_behind_options():
     "words, said",
     [
         (("claims", "T09-z"), "mkt claims: no claim 'T09-z'"),
+        (("claims", "--list", "T09-z"), "mkt claims: no claim 'T09-z'"),
         (("bench", "tracking", "best"), "mkt bench: no tracker 'best'; there are "),
         (("bench", "tracking", "-o", "x.png"), "mkt bench: -o x.png: give a name "),
         (("claims", "-o", "no/x.csv"), "mkt claims: no folder no for x.csv; make it"),
@@ -403,6 +404,7 @@ def test_figure_takes_set_once_or_often_and_numbers_between_the_positions():
         (["--all"], "--all and -o FOLDER"),
         ([FIGURE, "--all", "-o", "x"], "--all and -o FOLDER"),
         ([FIGURE], "an ID and -o FILE"),
+        (["--set", "a=1", FIGURE, "-o", "x.png"], "an ID stands before --set"),
         (["--all", "-o", "x", "--set", "a=1"], "--set goes with one figure"),
         ([FIGURE, "-o", "x.png", "--format", "pdf"], "--format with --all"),
         (
@@ -519,8 +521,9 @@ def test_track_takes_a_folder_whose_name_is_a_number(tmp_path, monkeypatch):
 
 
 def test_a_minus_behind_an_option_is_of_its_number_and_after_two_alone_it_is_not():
-    args = cli.parse(["track", "x.mkv", "--box", "-5,30,40,40", "-o", "x.csv"])
-    assert args.box == ["-5,30,40,40"] and args.output.name == "x.csv"
+    for box in "-5,30,40,40", "-.5,30,40,40":
+        args = cli.parse(["track", "x.mkv", "--box", box, "-o", "x.csv"])
+        assert args.box == [box] and args.output.name == "x.csv"
     assert cli.parse(["test", "--", "-5"]).rest[-1] == "-5"
 
 

@@ -171,6 +171,16 @@ def test_what_fails_while_it_runs_is_told_with_its_line(own):
     assert "correct it there" in stopped.value.code
 
 
+def test_a_fault_of_the_library_s_own_is_not_called_the_user_s(own):
+    """Of a tracker that is an object of its class, it has no line to correct."""
+    code = "from mkt.trackers.ssd import SSD\n\nplain = SSD()\n"
+    (own / "mistaken.py").write_text(code)
+    tracker = by_name.TRACKERS[own_tracker.enter("mistaken:plain")]
+    with pytest.raises(Exception) as failed:
+        tracker.step(None, None, None)
+    assert own_tracker.failed(failed.value) is None
+
+
 @pytest.mark.parametrize(
     "name, said",
     [

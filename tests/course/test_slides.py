@@ -36,6 +36,12 @@ def test_equations_of_exercises_are_no_slide():
     assert list(slides._equations(text.replace("Exercises", "The sum"), ""))
 
 
+def test_equations_of_a_folded_answer_are_no_slide():
+    text = "## The sum\n\n$$ x = 1 $$\n\n<details>\n\n$$ y = 2 $$\n\n</details>\n"
+    (slide,) = slides._equations(text, "")
+    assert "x = 1" in slide.text and "y = 2" not in slide.text
+
+
 def test_a_prediction_comes_before_its_figure_and_its_answer_after_it():
     kinds = [slide.title for slide in slides.slides(slides.chosen(BOOK, [2])[0])]
     ask = next(k for k, title in enumerate(kinds) if title.startswith("Predict"))

@@ -84,6 +84,22 @@ def test_a_light_pdf_has_its_photographs_as_jpeg_and_its_letters_as_they_were(
         assert entry.title in read(path)
 
 
+def test_a_photograph_that_is_no_smaller_as_jpeg_stays_what_it_is():
+    """Such as noise between two colours, of which a PNG needs a bit for a pixel."""
+    pixels = np.zeros((32, 32, 3), np.uint8)
+    pixels[::2, ::2] = 255
+    png = cv2.imencode(".png", pixels)[1].tobytes()
+    start = png.index(b"IDAT")
+    length = int.from_bytes(png[start - 4 : start], "big")
+    body = png[start + 4 : start + 4 + length]
+    thing = (
+        b"/Width 32 /Height 32\n/ColorSpace /DeviceRGB\n/Filter /FlateDecode\n"
+        b"/DecodeParms <<>>\n/Length 9 0 R\n>>\nstream\n%s\nendstream\nendobj\n" % body
+    )
+    found = light_pdf.PHOTOGRAPH.match(thing)
+    assert found and light_pdf._smaller(found) == thing
+
+
 def test_the_table_of_a_figure_is_what_its_function_returned(tmp_path):
     entry = FIGURES["own.resampling"]
     export.write(entry, tmp_path / "x.csv", {"n": 4})
@@ -97,6 +113,12 @@ def test_the_table_of_a_figure_is_what_its_function_returned(tmp_path):
                 column.to_numpy(), rel=1e-5, nan_ok=True
             )
     assert "# n_eff: " in text
+
+
+def test_facts_of_up_to_twenty_numbers_stand_above_the_table():
+    facts = {"few": np.arange(20.0), "many": np.arange(21.0)}
+    head = export.as_csv(shown({"x": [1]}, **facts), {})
+    assert "# few: [ 0., 1., " in head and " 19.]\n" in head and "many" not in head
 
 
 def test_what_is_not_a_number_is_an_empty_cell():

@@ -26,7 +26,9 @@ def add(commands: Commands) -> None:
     add_argument(
         "names", nargs="*", metavar="ID", help="claims such as T09-c; all by default"
     )
-    add_argument("--list", action="store_true", help="list the claims, and stop")
+    add_argument(
+        "--list", action="store_true", help="list all claims or those named, and stop"
+    )
     add_argument(
         "--seeds",
         type=seeds,
@@ -69,7 +71,7 @@ def run(args) -> None:
     from mkt.files import new_file
 
     if args.list:
-        for claim in claims.CLAIMS.values():
+        for claim in [claims.CLAIMS[name] for name in args.names or claims.CLAIMS]:
             print(f"{claim.name}  {claim.sentence}")
         return
     # Refused before the long work, not after it.

@@ -9,6 +9,7 @@ WANTED = (
     "figure needs an ID and -o FILE, or --all and -o FOLDER; "
     "`python3 -m mkt figure --list` lists the figures"
 )
+SWALLOWED = "{} is not NAME=VALUE; an ID stands before --set"
 TWICE = "--tracker says which tracker is shown; leave it out of --set"
 APART = (
     "--set goes with one figure, --format with --all; one figure's format is the "
@@ -88,6 +89,8 @@ def check(args) -> str | None:
     """What is wrong with the words after `figure`, None if nothing is."""
     if args.list:
         return None
+    if not args.id and (other := [word for word in args.set if "=" not in word]):
+        return SWALLOWED.format(other[0])
     if not args.output or bool(args.id) == args.all:
         return WANTED
     if (args.all and (args.set or args.tracker)) or (args.format and not args.all):
