@@ -679,3 +679,5 @@ def test_dust_about_zero_is_zero():
     assert listing.measured(replace(line, value=3e-7, low=1e-7, high=5e-7)).startswith(
         "3e-07"
     )
+    small = replace(line, value=0.003, low=-3.0, high=3.0)
+    assert listing.measured(small) == "0.003 [-3, 3]"
