@@ -31,7 +31,7 @@ from tqdm import tqdm
 
 from mkt.experiments import shipped as release
 from mkt.experiments.processes import spread
-from mkt.experiments.statistics import MEAN, interval, p_value
+from mkt.experiments.statistics import MEAN, holm, interval, p_value
 from mkt.experiments.sweep import Job, Named, rows_of, sweep
 from mkt.experiments.timing import one_thread
 from mkt.files import DataError
@@ -42,6 +42,7 @@ from mkt.sequences.parts import LONGEST, parts
 from mkt.trackers import by_name
 from mkt.trackers.by_name import LABELS
 from mkt.tracking import Tracker, track
+from mkt.types import ArrayLike
 
 SEEDS = range(5)  # of the random numbers on a recorded sequence
 # What a tracker scores that would not start.
@@ -268,21 +269,29 @@ def shipped() -> list[Board]:
 
 
 def _on_the_others(rows: pd.DataFrame) -> str:
-    """Who is ahead on the sequences of BoBoT on which nothing was chosen, in words."""
+    """Who is ahead of whom on the sequences of BoBoT on which nothing was chosen."""
     others = rows[~rows["source"].str.match(CHOSEN_ON)]
-    first, second, *_ = ranking(Board("", "", others, "source"))
-    lead, low, high = np.round(second.behind, 3) + 0.0  # no minus before a zero
-    ahead, next_one = (
-        f"{LABELS[one.name]}, {one.overlap:.3f}" for one in (first, second)
-    )
-    told = "passes" if second.places[0] > 1 else "does not pass"
+    first, *rivals = ranking(Board("", "", others, "source"))
+    alike = [one for one in rivals if not _is_ahead(first.cases, one.cases)]
+    but = f", but not from {' or from '.join(map(_led, alike))}" if alike else ""
+    last = f" to {first.places[1]}" if alike else ""
+    apart = len(rivals) - len(alike)
     return (
         "The settings of guided were chosen on A, C, F and the pedestrian 9 of "
         f"PETS09-S2L1, and on drawn scenes. On the {len(first.cases)} others of BoBoT "
-        f"the first two are {ahead}, and {next_one}: a lead of {lead:.3f} ({low:.3f} "
-        f"to {high:.3f}), which {told} the test of the leaderboard's places.  The "
-        "rival was picked after the runs, and of so few sequences the test rests on a "
-        "normal distribution."
+        f"{LABELS[first.name]} is first, {first.overlap:.3f}, and the second is "
+        f"{_led(rivals[0])}. The test of the leaderboard's places tells the first from "
+        f"{apart} of {len(rivals)} rivals{but}: its place is 1{last}.  Of so few "
+        "sequences the test rests on a normal distribution."
+    )
+
+
+def _led(place: Place) -> str:
+    """A tracker, its overlap, and how far the first is ahead of it, in words."""
+    lead, low, high = np.round(place.behind, 3) + 0.0  # no minus before a zero
+    return (
+        f"{LABELS[place.name]}, {place.overlap:.3f} (a lead of {lead:.3f}, {low:.3f} "
+        f"to {high:.3f})"
     )
 
 
@@ -422,7 +431,36 @@ def _place(name: str, runs: pd.DataFrame, cases: pd.DataFrame) -> Place:
 
 def _between(name: str, cases: pd.DataFrame) -> tuple[int, int]:
     """The first and the last place that a tracker may have."""
-    leads = [cases[name] - cases[other] for other in cases.columns if other != name]
-    better = sum(p_value(lead, MEAN, 0, "less") < LEVEL for lead in leads)
-    worse = sum(p_value(lead, MEAN, 0, "greater") < LEVEL for lead in leads)
+    others = [cases[other] for other in cases.columns if other != name]
+    better = sum(_is_ahead(other, cases[name]) for other in others)
+    worse = sum(_is_ahead(cases[name], other) for other in others)
     return 1 + better, len(cases.columns) - worse
+
+
+def _is_ahead(one: ArrayLike, other: ArrayLike) -> bool:
+    """Whether the overlaps of one tracker are larger than another's, case by case."""
+    return _chance(one, other) < LEVEL
+
+
+def _chance(one: ArrayLike, other: ArrayLike) -> float:
+    return p_value(np.subtract(one, other), MEAN, 0, "greater")
+
+
+def told_apart(places: Sequence[Place]) -> tuple[int, int, int]:
+    """How many pairs of trackers there are, and in how many one is surely ahead.
+
+    Parameters
+    ----------
+    places : sequence of Place
+        In order, as `ranking` gives them.
+
+    Returns
+    -------
+    pairs, single, together : int
+        All; those that the test of the places tells apart, each for itself; and those
+        that it still does after Holm's correction over all pairs.
+    """
+    pairs = itertools.combinations(places, 2)
+    p = [_chance(one.cases, other.cases) for one, other in pairs]
+    single, together = (int(np.sum(np.asarray(each) < LEVEL)) for each in (p, holm(p)))
+    return len(p), single, together

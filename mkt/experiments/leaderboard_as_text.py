@@ -1,14 +1,23 @@
 """A leaderboard as tables: Markdown for a terminal, and rows for the book's pages."""
 
+import textwrap
 from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
 from tabulate import tabulate
 
-from mkt.experiments.leaderboard import Board, Place, counted, ranking
+from mkt.experiments.leaderboard import (
+    LEVEL,
+    Board,
+    Place,
+    counted,
+    ranking,
+    told_apart,
+)
 from mkt.trackers.by_name import LABELS
 
+WIDTH = 88
 HEAD = (
     "tracker",
     "place",
@@ -21,16 +30,26 @@ HEAD = (
     "lost [%]",
     "CPU ms",
 )
-LEGEND = """\
+
+
+def legend(places: list[Place]) -> str:
+    """What the columns of the first table mean."""
+    pairs, single, together = told_apart(places)
+    words = f"""\
 *overlap*: mean over the seen frames, then over runs and sequences; *95 %*: its interval
 (Student's t) over cases, which are sequences, or the seeds of drawn scenes, each with
-a scene of every kind; unknown for one case alone.  *place*: more than one where a
-paired t-test between cases cannot tell the neighbours apart (2.5 % on one side).
+a scene of every kind; unknown for one case alone.  *place*: from the first to the last
+that a tracker may have; a paired t-test between cases ({100 * LEVEL:g} % on one side)
+compares it with each rival, and two that it cannot tell apart may stand either way
+round.  The only first one is ahead of each rival.  Each test is made as if it were the
+only one: {single} of {pairs} pairs are told apart, and {together} after Holm's
+correction over all pairs; where that is fewer, the places are not sure all together.
 *behind the first*: the mean difference over the same cases, with its interval.
 *true positives*: seen frames with an overlap above .2; *of all frames*: the same out
 of all frames, hidden ones too (as the fractions of [C14] are).  *area*: under the
 success curve, as in OTB.  *lost*: runs without a hit in their last ten frames.  *CPU
 ms*: for each frame, median over the runs."""
+    return textwrap.fill(words, WIDTH)
 
 
 def overall(places: list[Place]) -> list[list[str]]:
@@ -91,7 +110,7 @@ def as_markdown(board: Board) -> str:
         f"## {board.title}: {extent(board)}",
         board.data,
         _table(HEAD, overall(places)),
-        LEGEND,
+        legend(places),
         "Overlap / true positives [%] on each sequence:",
         _table(head, rows),
         *refusals(board.rows),

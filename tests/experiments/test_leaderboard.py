@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from markdown_it import MarkdownIt
-from scipy.stats import ttest_rel
+from scipy.stats import t, ttest_rel
 
 from mkt.course import cli
 from mkt.course.book import pages
@@ -21,6 +21,7 @@ from mkt.experiments.leaderboard_as_text import (
     HEAD,
     as_markdown,
     by_sequence,
+    legend,
     overall,
     refusals,
 )
@@ -437,19 +438,77 @@ def test_a_wrong_bench_is_answered_in_a_sentence(words, said, monkeypatch):
     assert said in stopped.value.code
 
 
-def test_the_release_says_who_leads_where_nothing_was_chosen():
+def test_the_release_says_of_whom_the_first_is_ahead_where_nothing_was_chosen():
     board = leaderboard.shipped()[1]
     rows = board.rows[~board.rows["source"].str.contains("ball|juice|fully")]
     assert rows["source"].nunique() == 5 and "On the 5 others" in board.data
     assert "chosen on A, C, F and the pedestrian 9 of PETS09-S2L1, and" in board.data
     cases = rows.groupby(["source", "tracker"])["overlap"].mean().unstack()
-    second, first = cases.mean().nlargest(2).index[::-1]
-    for name in (first, second):
-        assert f"{by_name.LABELS[name]}, {cases[name].mean():.3f}" in board.data
-    lead = cases[first].mean() - cases[second].mean()
-    assert f"a lead of {lead:.3f} (" in board.data
-    tested = ttest_rel(cases[first], cases[second], alternative="greater")
-    assert ("does not pass" in board.data) == (tested.pvalue > leaderboard.LEVEL)
+    first, second, *_ = order = cases.mean().sort_values(ascending=False).index
+    tested = ttest_rel(cases[[first]], cases[order[1:]], alternative="greater")
+    alike = order[1:][tested.pvalue >= 0.025]
+    assert 0 < len(alike) < len(order) - 2 and second not in alike
+    all_said, _, not_told = board.data.partition(", but not from ")
+    assert f"{by_name.LABELS[first]} is first, {cases[first].mean():.3f}" in all_said
+    assert f"from {len(order) - 1 - len(alike)} of {len(order) - 1} rivals" in all_said
+    for name in order[1:]:
+        lead = (cases[first] - cases[name]).mean()
+        label, mean = by_name.LABELS[name], cases[name].mean()
+        said = f"{label}, {mean:.3f} (a lead of {lead:.3f}, "
+        assert (said in not_told) == (name in alike), name
+        assert (said in all_said) == (name == second), name
+    assert f": its place is 1 to {1 + len(alike)}." in not_told
+
+
+def test_whoever_is_ahead_of_all_on_the_others_has_the_first_place():
+    leads = {"ssd": 0.2, "pf-75": 0.1, "mil": 0.0}
+    rows = [
+        row(name, f"BoBoT/Vid_{letter}_x", 0, 0.5 + lead * (1 + 0.1 * k))
+        for k, letter in enumerate("BDEGI")
+        for name, lead in leads.items()
+    ]
+    said = leaderboard._on_the_others(table(*rows))
+    assert "tells the first from 2 of 2 rivals: its place is 1." in said
+
+
+@pytest.mark.parametrize("p, places", [(0.0245, (1, 1)), (0.0255, (1, 2))])
+def test_two_trackers_are_told_apart_at_two_and_a_half_per_cent(p, places):
+    """As the legend says: leads whose t-test has this probability, on one side."""
+    leads = np.array([-0.01, 0.01] * 3)
+    leads += t.isf(p, 5) * leads.std(ddof=1) / np.sqrt(6)
+    rows = [
+        row(name, source, 0, 0.5 + mine)
+        for source, lead in zip("abcdef", leads, strict=True)
+        for name, mine in (("ssd", lead), ("mil", 0.0))
+    ]
+    first, second = ranked = ranking(board(*rows))
+    assert (first.name, first.places) == ("ssd", places)
+    assert second.places == (3 - places[1], 2)
+    assert "(2.5 % on one side)" in legend(ranked).replace("\n", " ")
+
+
+def test_the_legend_counts_the_pairs_that_so_many_tests_tell_apart():
+    """Of three pairs two have a probability of .02, which is .06 after Holm."""
+    leads = np.array([-0.01, 0.01] * 3)
+    leads += t.isf(0.02, 5) * leads.std(ddof=1) / np.sqrt(6)
+    rows = [
+        row(name, source, 0, 0.5 + mine)
+        for k, source in enumerate("abcdef")
+        for name, mine in (("ssd", leads[k]), ("mil", 0.0), ("wm", 1e-4 * (-1) ** k))
+    ]
+    places = ranking(board(*rows))
+    pairs, single, together = leaderboard.told_apart(places)
+    assert (pairs, single, together) == (3, 2, 0)
+    assert sum(place.places[0] - 1 for place in places) == single
+    said = legend(places).replace("\n", " ")
+    assert "2 of 3 pairs are told apart, and 0 after Holm's correction" in said
+
+
+def test_each_board_of_the_page_has_its_own_legend():
+    page = pages.leaderboard(leaderboard.shipped()).replace("\n", " ")
+    counted = re.findall(r"(\d+) of 78 pairs are told apart, and (\d+) after", page)
+    assert len(counted) == len(set(counted)) == 2
+    assert all(int(single) >= int(together) for single, together in counted)
 
 
 def test_no_two_runs_are_written_into_one_file(tmp_path):

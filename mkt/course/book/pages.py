@@ -267,14 +267,13 @@ def leaderboard(boards: Iterable[ranks.Board]) -> str:
         "leaderboard.md",
         boards=[_ranked(board) for board in boards],
         head=tables.HEAD,
-        legend=tables.LEGEND,
     )
 
 
 def after(boards: Iterable[ranks.Board]) -> str:
     """after.md: what came after these trackers, beside what real sequences say."""
     real = [_ranked(board) for board in boards if board.case == "source"]
-    return _filled("after.md", boards=real, head=tables.HEAD, legend=tables.LEGEND)
+    return _filled("after.md", boards=real, head=tables.HEAD)
 
 
 def _ranked(board: ranks.Board) -> dict[str, Any]:
@@ -286,6 +285,7 @@ def _ranked(board: ranks.Board) -> dict[str, Any]:
         "data": board.data,
         "extent": tables.extent(board),
         "overall": tables.overall(places),
+        "legend": tables.legend(places),
         "dots": [(LABELS.get(place.name, place.name), place) for place in places],
         "case": CASES[board.case],
         "by_sequence": (list(map(_short, names)), rows),
