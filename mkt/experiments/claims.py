@@ -15,9 +15,11 @@ is a *tie* when the whole 95 % interval lies within a margin of equality that th
 names, and else *inconclusive*.  A claim stands only if all of its parts do: it has the
 verdict of the worst of them, contradicted before inconclusive before tie.  Parts that
 the paper did not write (`ours`), and those that are true whatever happens, are shown
-but do not count.  The bounds stand beside the parts in the source, written before the
-runs, and no claim that fails is tuned away.  A part that was brought nearer to the
-paper's words later says so, and the former one stays beside it, as ours.
+but do not count.  The bounds stand beside the parts in the source, most of them written
+before the runs, and no claim that fails is tuned away.  A part that was brought nearer
+to the paper's words later mostly says so, and the former one stays beside it, as ours,
+where it tells something still.  Five claims, and parts of others, were put when part of
+their runs was known, and say so.
 
 The scenes are those of `mkt.scenes.drawn` for the seeds `SEEDS`, on which no parameter
 was chosen.  Trackers are compared on the same scenes, run by run.

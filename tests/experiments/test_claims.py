@@ -2,6 +2,7 @@
 
 import csv
 import inspect
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,7 +29,7 @@ from mkt.experiments.claims import (
 )
 from mkt.experiments.statistics import MEAN, PAIRS, SHARE, STATISTICS
 from mkt.experiments.sweep import NUMBERS, Job, sweep
-from mkt.files import PACKAGE, DataError
+from mkt.files import PACKAGE, ROOT, DataError
 from mkt.histograms import learn
 from mkt.kernels import Kernels
 from mkt.papers.cordoba2014 import ablation
@@ -173,6 +174,20 @@ def test_every_claim_says_what_it_claims(name):
     claim = CLAIMS[name]
     assert claim.sentence.endswith(".") and claim.printed
     assert "\n" not in claim.sentence + claim.remark
+
+
+def test_the_page_and_the_paper_count_the_claims_that_were_put_when_runs_were_known():
+    late = {name for name, one in CLAIMS.items() if "The claim was put" in one.remark}
+    page = (PACKAGE / "course/book/templates/claims.md.j2").read_text("utf-8")
+    named = re.search(r"and say so: (.*?), and\s+lines", page, re.S)
+    assert named and set(re.findall(r"[TNC]\d\d-\w", named[1])) == late
+    for text in (page, (ROOT / "paper.md").read_text("utf-8"), claims.__doc__):
+        assert len(late) == 5 and "five claims" in text.lower()
+
+
+@pytest.mark.parametrize("name", ["N03-e", "C14-c"])
+def test_a_claim_that_changed_after_its_first_runs_says_so(name):
+    assert "after the first runs" in CLAIMS[name].remark
 
 
 def test_a_claim_is_registered_once():

@@ -123,7 +123,8 @@ def resampling_is_quadratic(runs: Runs) -> list[Part]:
     """The time of resampling grows at most with the square of the number of particles.
 
     O(n^2) is an upper bound, which both readings keep whatever happens: the exponent of
-    the CPU time from 50 to 800 particles of random weight is below 2.1.  Whether the
+    the CPU time from 50 to 800 particles of random weight is below 2.1.  These lines
+    had a say at first, and are ours since then, after the first runs.  Whether the
     bound is tight is our question, for which comparisons are counted: Algorithm 1 as
     listed never sets its index back and is linear, the paper's count of steps, (n - 1)
     times n for the search, begins each search anew.

@@ -320,8 +320,10 @@ def a_tenth_is_enough_to_start(runs: Runs) -> list[Part]:
 
     The student sequence, without model update; with it see N03-c.  False starts are
     runs in which the mode is "tracking" more than five frames after the student left
-    the view.  On this ground nothing appears by chance, so that b = .02 would do as
-    well.  The last line, ours, compares with b = .3.
+    the view.  At first a loss before the student left passed for one in time, too;
+    since then, after the first runs, it is none.  On this ground nothing appears by
+    chance, so that b = .02 would do as well.  The last line, ours, compares with b =
+    .3.
     """
     walked = _walked(runs.seeds)
     ours = walked["ours"]
