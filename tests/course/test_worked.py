@@ -32,9 +32,9 @@ HELD = {
     "11_losing_and_finding": 0.8,
     "12_learning_model": 0.8,
     "13_hybrid_resampling": 0.9,
-    "14_fair_benchmark": 0.6,
-    "15_more_than_colour": 0.7,
-    "16_a_plane_in_space": 0.7,
+    "14_fair_benchmark": 0.7,
+    "15_more_than_colour": 0.8,
+    "16_a_plane_in_space": 0.8,
     "17_four_wishes": 0.9,
 }
 every = pytest.mark.parametrize("chapter", BOOK.chapters, ids=lambda c: c.name)
