@@ -26,9 +26,7 @@ def add(commands: Commands) -> None:
     add_argument(
         "names", nargs="*", metavar="ID", help="claims such as T09-c; all by default"
     )
-    add_argument(
-        "--list", action="store_true", help="list all claims or those named, and stop"
-    )
+    add_argument("--list", action="store_true", help="list the claims, and stop")
     add_argument(
         "--seeds",
         type=seeds,
