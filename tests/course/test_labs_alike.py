@@ -1,5 +1,7 @@
 """A copy is noted that is not the same file, and honest work is not."""
 
+import copy
+from pathlib import Path
 from textwrap import indent
 
 import nbformat
@@ -7,6 +9,9 @@ import pytest
 
 from mkt.course.labs.alike import OWN, compared
 from mkt.course.labs.notebooks import STUBS, labs, of_role, released
+from mkt.course.labs.source import LONGEST
+from mkt.course.labs.submissions import Submission, coincidences
+from mkt.files import ROOT
 from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
 
 WHY = "A kernel is one number for each place, and says nothing of turns."
@@ -62,6 +67,71 @@ def test_what_honest_students_share_is_not_compared(change):
     whole = CODE | {"why": f"Why?\n\n{WHY}"}
     assert len(compared(TOY, answer(**whole))) == 2
     assert len(compared(TOY, answer(**whole | change))) == 1
+
+
+@pytest.mark.parametrize("letters, told", [(40, False), (41, True)])
+def test_an_answer_is_compared_from_the_length_that_the_plan_names(letters, told):
+    found = compared(TOY, answer(why=f"Why?\n\n{'x' * letters}"))
+    assert ("the answer to why" in found) == told
+    plan = " ".join((ROOT / "COURSE.md").read_text(encoding="utf-8").split())
+    assert "an answer of more than 40 letters" in plan
+
+
+def noted(one, other):
+    """Whether the files of two students are noted as the same code."""
+    found = [
+        Submission(student, "toy", Path(student), sha256=student) for student in "ab"
+    ]
+    codes = zip(found, (one, other), strict=True)
+    work = {one.path: compared(TOY, notebook) for one, notebook in codes}
+    said = coincidences(found, {}, work).values()
+    assert len({bool(lines) for lines in said}) == 1
+    return any("all its code" in line for lines in said for line in lines)
+
+
+@pytest.mark.parametrize(
+    "six",
+    [
+        'def six():\n    """Give six."""\n    return 2 * 3',
+        'def six():\n    """Give six."""\n    0\n    pass\n    return 2 * 3',
+        "def six():\n    # as I say\n    return (2\n            * 3)",
+    ],
+)
+def test_what_does_nothing_hides_no_copy(six):
+    assert noted(answer(**CODE), answer(**CODE | {"six": six}))
+    assert not noted(answer(**CODE), answer(**CODE | {"six": f"{six} * 1"}))
+
+
+@pytest.mark.parametrize("place", [0, 4])
+@pytest.mark.parametrize("decoy", ["", "pass", "x = 1", released(TOY).cells[2].source])
+def test_a_second_cell_of_the_same_name_hides_no_copy(place, decoy):
+    copied = answer(**CODE)
+    again = copy.deepcopy(copied.cells[2])
+    again.source = decoy
+    copied.cells.insert(place, again)
+    assert noted(answer(**CODE), copied)
+    assert noted(copied, copied)
+    assert not noted(answer(**CODE | {"six": "six = 6 .__int__"}), copied)
+
+
+@pytest.mark.parametrize(
+    "six",
+    [
+        f"six = {'-' * 9_000}6",  # too deep to be read
+        f"six = {'(' * 500}6{')' * 500}",
+        "six = 6\0",
+        f"six = lambda: 6{' + x' * 900}",  # can be read, and is too deep to be shown
+    ],
+)
+def test_code_that_python_can_hardly_read_is_compared_too(six):
+    assert noted(answer(**CODE | {"six": six}), answer(**CODE | {"six": six}))
+    assert not noted(answer(**CODE | {"six": six}), answer(**CODE | {"six": f"{six} "}))
+
+
+def test_of_code_without_end_the_beginning_is_compared():
+    long = f"{CODE['six']}\n{'x = 1; ' * 2_000}"
+    (codes,) = compared(TOY, answer(**CODE | {"six": long})).values()
+    assert max(len(text) for part in codes for text in part) == LONGEST
 
 
 @pytest.mark.parametrize("title", labs())

@@ -11,19 +11,21 @@ from nbformat import NotebookNode
 from mkt.course.labs.borrowed import NUMBER
 from mkt.course.labs.marks import answers
 from mkt.course.labs.notebooks import name, of_role, released
+from mkt.course.labs.source import LONGEST, parsed
+from mkt.course.labs.submissions import Work
 from mkt.course.labs.variants import plain_name
 
 OWN = {"my_name", NUMBER}  # pieces that differ even in copies
 LONG = 40  # [letters] beyond which an answer is not the same by chance
-LONGEST = 10_000  # [letters] of a piece of code that are compared
 
 
-def compared(lab: NotebookNode, notebook: NotebookNode) -> dict[str, str]:
-    """What a student's notebook has in common with copies of it alone, {what: text}.
+def compared(lab: NotebookNode, notebook: NotebookNode) -> dict[str, Work]:
+    """What a student's notebook has in common with copies of it alone, {what: texts}.
 
     That is neither a short answer nor the model answer, and the code only where each
     piece is written and not all are the model solutions: one short piece, such as a
-    formula, is the same in many honest files.
+    formula, is the same in many honest files.  Of a piece with several cells a copy
+    need have but one.
 
     Parameters
     ----------
@@ -36,33 +38,43 @@ def compared(lab: NotebookNode, notebook: NotebookNode) -> dict[str, str]:
     said = {
         question: plain_name(text) for question, text in answers(lab, notebook).items()
     }
-    found = {
-        f"the answer to {question}": text
+    found: dict[str, Work] = {
+        f"the answer to {question}": [{text}]
         for question, text in said.items()
         if len(text) > LONG and text not in plain_name(questions[question].source)
     }
-    pieces = of_role(lab, "solution").keys() - OWN
+    pieces = sorted(of_role(lab, "solution").keys() - OWN)
     theirs, stubs, model = (
         _code(one, pieces) for one in (notebook, released(lab), lab)
     )
-    if theirs.keys() == pieces and theirs != model:
-        if not theirs.items() & stubs.items():
-            found["all its code"] = str(sorted(theirs.items()))
+    written = [codes - stub for codes, stub in zip(theirs, stubs, strict=True)]
+    if all(written) and theirs != model:
+        found["all its code"] = written
     return found
 
 
-def _code(notebook: NotebookNode, pieces: Collection[str]) -> dict[str, str]:
-    """What Python reads in pieces of code, {grade_id: text}."""
-    return {
-        name(cell): _tree(cell.source[:LONGEST])
-        for cell in notebook.cells
-        if name(cell) in pieces
-    }
+def _code(notebook: NotebookNode, pieces: Collection[str]) -> list[set[str]]:
+    """What Python reads in the cells of each piece of code."""
+    return [
+        {_tree(cell.source[:LONGEST]) for cell in notebook.cells if name(cell) == piece}
+        for piece in pieces
+    ]
+
+
+class _Bare(ast.NodeTransformer):
+    """Takes away what does nothing: docstrings, other constants, and `pass`."""
+
+    def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:
+        return None if isinstance(node.value, ast.Constant) else node
+
+    def visit_Pass(self, node: ast.Pass) -> None:
+        """Leave nothing of it."""
 
 
 def _tree(source: str) -> str:
-    """Code without comments and layout, or as it is where Python cannot read it."""
+    """Code without texts and layout, or as it is where Python cannot read it."""
     try:
-        return ast.dump(ast.parse(source))
-    except (SyntaxError, ValueError, MemoryError, RecursionError):
+        tree = _Bare().visit(parsed(source))
+        return ast.dump(tree) if tree.body else source
+    except RecursionError:
         return source

@@ -5,22 +5,25 @@ one call of it.  Whether that is a student's own work is for a person to say.
 """
 
 import ast
+import re
 from collections.abc import Iterator
 
 from nbformat import NotebookNode
 
 from mkt.course.labs.notebooks import name, of_role
+from mkt.course.labs.source import LONGEST, parsed
 
 LENDERS = "mkt", "scipy"  # packages in which the pieces of a lab are ready-made
 NUMBER = "my_number"  # a piece that may be typed, or computed with whatever is there
 
 
 def borrowed(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
-    """Which solutions use what the lab has for itself, in sentences.
+    """Which cells use what the lab has for itself, in sentences.
 
-    That is what it imports from `LENDERS`, under whatever name, what a solution imports
-    from the library, and the lab's own functions, without those that its own solutions
-    use.
+    Of a solution that is all that it imports from `LENDERS`, what it uses of what the
+    lab or a cell of the student's own imports from there, under whatever name, and the
+    lab's own functions, without those that its own solutions use.  Of a cell of the
+    student's own it is an import that may take the place of a solution.
 
     Parameters
     ----------
@@ -30,83 +33,89 @@ def borrowed(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
         A student's.
     """
     solutions = of_role(lab, "solution")
-    lent = {
-        one
-        for cell in of_role(lab, "given", "check").values()
-        if cell.cell_type == "code"
-        for one in _lent(cell.source)
-    }
+    ours = of_role(lab, "given", "check")
+    codes = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    theirs = [(name(cell), cell.source) for cell in codes if name(cell) not in ours]
+    lent = {one for cell in ours.values() for one in _lent(cell)}
     lent -= {_first(one) for cell in solutions.values() for one in _used(cell.source)}
-    found = {
-        name(cell): _ready_made(cell.source, lent)
-        for cell in notebook.cells
-        if name(cell) in solutions.keys() - {NUMBER}
+    lent |= {
+        here
+        for cell, source in theirs
+        for here, _ in _imported(source)
+        if cell not in solutions
     }
+    pieces = {one for cell in solutions.values() for one in _functions(cell.source)}
+    found: dict[str, set[str]] = {}
+    for cell, source in theirs:
+        names = found.setdefault(cell, set())
+        if len(source) > LONGEST:
+            names.add(f"more than {LONGEST} letters")
+        elif cell not in solutions:
+            names.update(_put_in(source, pieces))
+        elif cell != NUMBER:
+            names.update(_ready_made(source, lent))
     return [
-        f"{cell}: uses {' and '.join(names)}, and own work is asked for"
+        f"{cell}: uses {' and '.join(sorted(names))}, and own work is asked for"
         for cell, names in found.items()
         if names
     ]
 
 
-def _lent(source: str) -> Iterator[str]:
+def _lent(cell: NotebookNode) -> Iterator[str]:
     """The names of functions and modules that a cell of the lab lends."""
-    for node in _parsed(source).body:
-        if isinstance(node, ast.FunctionDef):
-            yield node.name
-    yield from (here for here, _, _ in _imported(source))
+    if cell.cell_type == "code":
+        yield from _functions(cell.source)
+        yield from (here for here, _ in _imported(cell.source))
 
 
-def _ready_made(source: str, lent: set[str]) -> list[str]:
-    """What a solution uses that is lent, or that it imports itself."""
-    own = {
-        here
-        for here, there, module in _imported(source)
-        if there in lent or module == LENDERS[0]
-    }
-    return sorted(one for one in _used(source) if _first(one) in lent | own)
+def _functions(source: str) -> list[str]:
+    """The functions that a cell defines."""
+    body = parsed(source).body
+    return [node.name for node in body if isinstance(node, ast.FunctionDef)]
 
 
-def _imported(source: str) -> Iterator[tuple[str, str, str]]:
-    """What a cell imports from `LENDERS`: its name here and there, and from which."""
-    for node in ast.walk(_parsed(source)):
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            for alias in node.names:
-                module = _first(getattr(node, "module", alias.name) or "")
-                if module in LENDERS:
-                    yield alias.asname or _first(alias.name), alias.name, module
+def _ready_made(source: str, lent: set[str]) -> set[str]:
+    """What a solution uses that is lent, and all that it imports itself."""
+    imported = _imported(source)
+    lent = lent | {here for here, _ in imported}
+    used = {one for one in _used(source) if _first(one) in lent}
+    told = {_first(one) for one in used}
+    return used | {there for here, there in imported if here not in told}
+
+
+def _put_in(source: str, pieces: set[str]) -> set[str]:
+    """What a cell of the student's own may put in the place of pieces by an import."""
+    return {there for here, there in _imported(source) if here in {"*", *pieces}}
+
+
+def _imported(source: str) -> list[tuple[str, str]]:
+    """What a cell imports from `LENDERS`: its name here, and the whole one there."""
+    found = []
+    for node in ast.walk(parsed(source[:LONGEST])):
+        if isinstance(node, ast.Import):
+            found += [(one.asname or _first(one.name), one.name) for one in node.names]
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            found += [
+                (one.asname or one.name, f"{node.module}.{one.name}")
+                for one in node.names
+            ]
+    return [(here, there) for here, there in found if _first(there) in LENDERS]
 
 
 def _used(source: str) -> set[str]:
     """What a cell uses and does not make itself, with its dots: `mkt.errors`."""
-    nodes = list(ast.walk(_parsed(source)))
+    nodes = list(ast.walk(parsed(source)))
     names = [node for node in nodes if isinstance(node, ast.Name)]
     made = {node.id for node in names if not isinstance(node.ctx, ast.Load)}
     made |= {node.arg for node in nodes if isinstance(node, ast.arg)}
     within = {node.value for node in nodes if isinstance(node, ast.Attribute)}
-    whole = [
-        node for node in nodes if isinstance(node, ast.expr) and node not in within
-    ]
-    return {one for one in map(_dotted, whole) if one and _first(one) not in made}
-
-
-def _dotted(node: ast.expr) -> str:
-    """A name with what is asked of it; "" where it is of something without a name."""
-    asked: list[str] = []
-    while isinstance(node, ast.Attribute):
-        asked.insert(0, node.attr)
-        node = node.value
-    return ".".join([node.id, *asked]) if isinstance(node, ast.Name) else ""
+    asked = [node for node in nodes if isinstance(node, ast.Name | ast.Attribute)]
+    whole = [ast.unparse(node) for node in asked if node not in within]
+    # Without what is asked of something that has no name, such as `f(x).y`.
+    dotted = [one for one in whole if re.fullmatch(r"[\w.]+", one)]
+    return {one for one in dotted if _first(one) not in made}
 
 
 def _first(dotted: str) -> str:
     """The name that a dotted name begins with."""
     return dotted.partition(".")[0]
-
-
-def _parsed(source: str) -> ast.Module:
-    """A cell as Python reads it; empty where it cannot, which others say."""
-    try:
-        return ast.parse(source)
-    except (SyntaxError, ValueError):
-        return ast.Module([], [])

@@ -21,6 +21,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from mkt.course.labs import LIMIT
+from mkt.course.labs.source import parsed
 from mkt.course.labs.student import (
     CELLS,
     WHERE,
@@ -94,7 +95,7 @@ def names_of_others(cells: Iterable[Cell]) -> set[str]:
     """Names that some cells use and do not define."""
     used, defined = set(), set(dir(builtins))
     for cell in cells:
-        for node in ast.walk(_parsed(cell.source)):
+        for node in ast.walk(parsed(cell.source)):
             if isinstance(node, ast.Name):
                 (used if isinstance(node.ctx, ast.Load) else defined).add(node.id)
             elif isinstance(node, ast.arg):
@@ -104,14 +105,6 @@ def names_of_others(cells: Iterable[Cell]) -> set[str]:
             elif isinstance(node, ast.alias):
                 defined.add(node.asname or node.name.partition(".")[0])
     return used - defined
-
-
-def _parsed(source: str) -> ast.AST:
-    """Code, or nothing where it cannot be read, which its verdict says."""
-    try:
-        return ast.parse(source)
-    except (SyntaxError, ValueError):
-        return ast.Module([], [])
 
 
 def judged(

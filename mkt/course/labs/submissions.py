@@ -29,6 +29,8 @@ OF_OTHERS = SAME_NAME, SAME_FILE, SAME_WORK = (
 )
 SECOND = "there is another file of this lab by this student:"
 BESIDE = (*OF_OTHERS, SECOND)  # all that a note may say of other files
+# Some work: the texts that each of its parts has; one part of a copy has one of them.
+Work = list[set[str]]
 
 
 @dataclass(frozen=True)
@@ -210,7 +212,7 @@ def _trouble(path: Path) -> str:
 def coincidences(
     found: Iterable[Submission],
     names: Mapping[Path, str],
-    work: Mapping[Path, Mapping[str, str]],
+    work: Mapping[Path, Mapping[str, Work]],
 ) -> dict[Path, list[str]]:
     """What is odd about submissions beside one another, {path: sentences}.
 
@@ -236,7 +238,7 @@ def _odd(
     one: Submission,
     others: list[Submission],
     names: Mapping[Path, str],
-    work: Mapping[Path, Mapping[str, str]],
+    work: Mapping[Path, Mapping[str, Work]],
 ) -> list[str]:
     """The sentences about one submission beside the others."""
     written = names.get(one.path, "")
@@ -247,9 +249,10 @@ def _odd(
         f"{SAME_WORK} {what} is also in": [
             other
             for other in foreign
-            if work.get(other.path, {}).get(what) == text and other.sha256 != one.sha256
+            if _is_same(parts, work.get(other.path, {}).get(what, []))
+            if other.sha256 != one.sha256
         ]
-        for what, text in work.get(one.path, {}).items()
+        for what, parts in work.get(one.path, {}).items()
     }
     alike = {
         f"{SAME_NAME}, {written!r}, is also in": [
@@ -262,6 +265,11 @@ def _odd(
         SECOND: [other for other in of_lab if other.student == one.student],
     }
     return [f"{words} {_listed(found)}" for words, found in alike.items() if found]
+
+
+def _is_same(work: Work, other: Work) -> bool:
+    """Whether each part has a text in common; nothing is the same as no work."""
+    return bool(other) and not any(map(set.isdisjoint, work, other))
 
 
 def _listed(found: list[Submission]) -> str:

@@ -12,10 +12,10 @@ from collections.abc import Callable
 from nbformat import NotebookNode
 
 from mkt.course.labs.notebooks import name
+from mkt.course.labs.source import LONGEST, parsed
 
 NOBODYS = 1  # the seed while no name is written
 FIRST = 2000  # beyond those that trackers were tuned and are judged on
-LONGEST = 10_000  # [letters] of the cell with a name
 MANY = 10**6  # so two of sixty students share a scene in one class of six hundred
 
 
@@ -55,10 +55,7 @@ def plain_name(text: str) -> str:
 def written_name(notebook: NotebookNode) -> str:
     """The name that stands in a notebook's ``my_name``, "" where none can be read."""
     sources = [cell.source for cell in notebook.cells if name(cell) == "my_name"]
-    try:  # Python takes half a kilobyte of memory for each letter that it reads
-        nodes = list(ast.walk(ast.parse("\n".join(sources)[:LONGEST])))
-    except (SyntaxError, ValueError, MemoryError, RecursionError):
-        return ""  # the last two are what Python says of what is nested too deep
+    nodes = ast.walk(parsed("\n".join(sources)[:LONGEST]))
     returned = [node.value for node in nodes if isinstance(node, ast.Return)]
     texts = [one.value for one in returned if isinstance(one, ast.Constant)]
     return next((text for text in texts if isinstance(text, str)), "")
