@@ -14,6 +14,7 @@ import pytest
 
 from mkt.course import cli
 from mkt.course.labs import handout, notebooks
+from tests.course.toy_lab import hand_in
 
 
 @pytest.fixture(scope="module")
@@ -145,6 +146,46 @@ def test_a_file_that_is_missing_is_named_before_anything_is_written(
         with pytest.raises(ValueError, match=r"CITATION.cff: not there, .*git restore"):
             handout.write(tmp_path / "course")
     assert [path.name for path in tmp_path.iterdir()] == ["clone"]
+
+
+def test_what_the_teacher_ran_is_not_in_it(tmp_path, monkeypatch):
+    """Neither in a chapter nor in a lab."""
+    clone = tmp_path / "clone"
+    session = nbformat.v4.new_notebook(
+        metadata={"mine": 1},
+        cells=[
+            nbformat.v4.new_code_cell(
+                "1 + 1",
+                execution_count=7,
+                outputs=[nbformat.v4.new_output("stream", text="secret")],
+            )
+        ],
+    )
+    for place in ("notebooks/01_x.ipynb", "notebooks/labs/lab_1_x.ipynb"):
+        hand_in(clone / place, session)
+    hand_in(clone / ".gitignore", "")
+    for words in (["init", "-q"], ["add", "-Af"]):
+        subprocess.run(["git", "-C", str(clone), *words], check=True)
+    monkeypatch.setattr(notebooks, "FOLDER", clone / "notebooks" / "labs")
+    monkeypatch.setattr(handout, "ROOT", clone)
+    for place in ("HANDOUT", "ORIGINALS"):
+        monkeypatch.setattr(handout, place, clone / "notebooks" / place.lower())
+    folder, archive = handout.write(tmp_path / "course")
+    found = sorted(folder.rglob("*.ipynb"))
+    assert len(found) == 3
+    for path in found:
+        assert "secret" not in path.read_text(encoding="utf-8")
+        (cell,) = nbformat.read(path, 4).cells
+        assert cell.execution_count is None and cell.source == "1 + 1"
+    assert "secret" not in zipfile.ZipFile(archive).read(
+        "course/notebooks/01_x.ipynb"
+    ).decode("utf-8")
+
+
+def test_what_only_the_makers_need_is_left_out():
+    assert not [name for name in handout._files() if name.startswith(".ci")]
+    for one in ("tests", ".ci", ".github", "notebooks/labs"):
+        assert handout._left_out(f"{one}/x") and not handout._left_out(f"{one}x")
 
 
 @pytest.mark.parametrize("error", [OSError, KeyboardInterrupt])

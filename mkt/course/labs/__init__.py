@@ -12,9 +12,9 @@ that process through `mkt.course.labs.student`; what they send one another are
 `mkt.course.labs.checking` tells a student, and `mkt.course.labs.grading` a teacher: it
 makes a `mkt.course.labs.table` and `mkt.course.labs.pages` of
 `mkt.course.labs.submissions`, with a note on what is `mkt.course.labs.borrowed`, or
-`mkt.course.labs.alike` in two files; `mkt.course.labs.source` reads it.  Checks that need a right piece have it from
-`mkt.course.labs.pieces`.  Marks and metadata are nbgrader's, which can generate and
-grade the same files.
+`mkt.course.labs.alike` in two files; `mkt.course.labs.source` reads code that nobody
+runs.  Checks that need a right piece have it from `mkt.course.labs.pieces`.  Marks and
+metadata are nbgrader's, which can generate and grade the same files.
 """
 
 LIMIT = 60  # [s] that a cell or a check may take, where nobody says another

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+from mkt.course.book.checks import strip_file
 from mkt.course.labs.notebooks import HANDOUT, ORIGINALS, release
 from mkt.files import ROOT
 
@@ -86,6 +87,8 @@ def _fill(folder: Path, names: list[str]) -> None:
     for name in names:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
+        if name.endswith(".ipynb"):  # of the teacher's session it keeps nothing
+            strip_file(folder / name)
     release(folder / _inside(ORIGINALS))
     labs = [path.name for path in release(folder / _inside(HANDOUT))]
     text = README.format(labs=_inside(HANDOUT), first=labs[0] if labs else "LAB")

@@ -135,7 +135,7 @@ def headings(notebook: NotebookNode) -> dict[str, str]:
 
 
 def released(lab: NotebookNode) -> NotebookNode:
-    """The student's version of a lab: without solutions and hidden tests.
+    """The student's version of a lab: without solutions, hidden tests and outputs.
 
     Its cells have nbgrader's checksums, by which nbgrader finds what a student has
     edited.
@@ -144,6 +144,8 @@ def released(lab: NotebookNode) -> NotebookNode:
     student.cells = [cell for cell in student.cells if cell.get("id") != "teacher"]
     for cell in student.cells:
         cell.source = _without(cell.source, "HIDDEN TESTS")
+        if cell.cell_type == "code":
+            cell.update(outputs=[], execution_count=None)
         if role(cell) in ("solution", "question"):
             cell.source = _without(cell.source, "SOLUTION", STUBS[cell.cell_type])
         if role(cell):
