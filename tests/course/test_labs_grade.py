@@ -1,6 +1,7 @@
 """`labs grade` goes through a folder whatever is in it."""
 
 import json
+import threading
 import unicodedata
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 from mkt.course.labs import grading, table
 from mkt.course.labs.submissions import _nothing, submissions
+from mkt.files import alone
 from tests.course.toy_lab import GOOD, answer, graded, hand_in, meta, rows
 
 # Each starts students' programs; a quick loop leaves them out.
@@ -390,6 +392,28 @@ def test_notes_of_other_files_are_said_anew_in_every_row(toy):
     found = notes()
     assert found["ada/toy.ipynb"] == [of_ada[1], f"{of_ada[0]}: no"]
     assert found["bob/toy.ipynb"][0] == "this file is no longer in the folder"
+
+
+def test_a_second_grading_of_a_table_waits_for_the_first(toy, capfd):
+    """Or both would grade what is in the folder, and one would lose its rows."""
+    folder, output = toy / "submitted", toy / "grades.csv"
+    hand_in(folder / "ada" / "toy.ipynb", answer(**GOOD))
+    graded(folder, output)
+    hand_in(folder / "bob" / "toy.ipynb", answer(**GOOD))
+    before = output.read_bytes()
+    for second, students in (
+        (lambda: grading.merge(output), ["ada"]),
+        (lambda: grading.grade(folder, output, trusted=True), ["ada", "bob"]),
+    ):
+        waiting = threading.Thread(target=second)
+        with alone(toy / "grades.csv.lock", "test"):
+            waiting.start()
+            waiting.join(1)
+            assert waiting.is_alive() and output.read_bytes() == before
+        waiting.join(60)
+        assert [row["student"] for row in table.read(output)] == students
+        before = output.read_bytes()
+        assert "Another grading is under way" in capfd.readouterr().err
 
 
 def test_what_is_too_large_for_a_notebook_is_told_the_remedy(toy, monkeypatch):

@@ -45,7 +45,7 @@ from mkt.course.labs.submissions import (
 )
 from mkt.course.labs.table import COLUMNS, Row
 from mkt.course.labs.variants import written_name
-from mkt.files import new_file
+from mkt.files import alone, new_file
 
 AT_ONCE = 2  # submissions, each of which has two processes
 OURS = "not graded, and not by the student's fault"
@@ -100,46 +100,56 @@ def grade(
     """
     if not trusted and (why := sandbox.refusal()):
         raise ValueError(f"{why}; or say --trust-the-students")
-    sources = labs()
-    rows = _rows_so_far(output)
-    before = [_on_page(row) for row in rows]
-    failed = [row for row in rows if row["note"].startswith(OURS)]
-    rows = [row for row in rows if row not in failed]
-    with tempfile.TemporaryDirectory(prefix="mkt-labs-") as copies:
-        ours = output, pages.rubrics_of(output), pages.folder_of(output)
-        found = handed_in(folder, sources, Path(copies), ours)
-        found = [_recognised(one, sources) for one in found]
-        odd = _odd(found, sources)
-        grader = _Grader(sources, limit, boxed=not trusted)
-        done = {(row["file"], row["sha256"]) for row in rows}
-        left = [one for one in found if _key(one) not in done]
-        rows = _without_late(rows, found)
-        _tell(rows, found, odd)
-        if rows:
-            _write(output, rows, [], sources, comma)
-        try:
-            for row in grader.rows(left):
-                rows = _rows_so_far(output) if rows else []
-                _carry_over(row, [*rows, *failed], sources)
-                _tell([row], found, odd)
-                rows.append(row)
-                _write(output, rows, [row], sources, comma)
-            rows = _rows_so_far(output) if rows else []
-            _sum_up(rows, sources)
-            changed = [
-                row
-                for row in rows
-                if _on_page(row) not in before or not pages.is_there(output, row)
-            ]
-            _write(output, rows, changed, sources, comma)
-        except KeyboardInterrupt:
-            state = f"has {len(rows)} rows" if rows else "was not begun"
-            raise InterruptedError(
-                f"stopped: {output} {state}; the same command goes on from there"
-            ) from None
+    _rows_so_far(output)  # which refuses another file, and a folder that is not there
+    grader = _Grader(labs(), limit, boxed=not trusted)
+    with (
+        alone(pages.lock_of(output), "grading"),
+        tempfile.TemporaryDirectory(prefix="mkt-labs-") as copies,
+    ):
+        ours = output, *pages.beside(output)
+        found = handed_in(folder, grader.sources, Path(copies), ours)
+        found = [_recognised(one, grader.sources) for one in found]
+        rows = _graded(found, output, grader, comma)
     troubles = [row for row in rows if row["note"].startswith(OURS)]
     _name_unmarked([row for row in rows if row not in troubles])
     return [f"{row['file']}: {row['note']}" for row in troubles]
+
+
+def _graded(
+    found: list[Submission], output: Path, grader: "_Grader", comma: str | None
+) -> list[Row]:
+    """The rows of a table that has all of these submissions, as it was written."""
+    sources = grader.sources
+    odd = _odd(found, sources)
+    rows = _rows_so_far(output)
+    before = [_on_page(row) for row in rows]
+    failed = [row for row in rows if row["note"].startswith(OURS)]
+    rows = _without_late([row for row in rows if row not in failed], found)
+    done = {(row["file"], row["sha256"]) for row in rows}
+    _tell(rows, found, odd)
+    if rows:
+        _write(output, rows, [], sources, comma)
+    try:
+        for row in grader.rows([one for one in found if _key(one) not in done]):
+            rows = _rows_so_far(output) if rows else []
+            _carry_over(row, [*rows, *failed], sources)
+            _tell([row], found, odd)
+            rows.append(row)
+            _write(output, rows, [row], sources, comma)
+        rows = _rows_so_far(output) if rows else []
+        _sum_up(rows, sources)
+        changed = [
+            row
+            for row in rows
+            if _on_page(row) not in before or not pages.is_there(output, row)
+        ]
+        _write(output, rows, changed, sources, comma)
+    except KeyboardInterrupt:
+        state = f"has {len(rows)} rows" if rows else "was not begun"
+        raise InterruptedError(
+            f"stopped: {output} {state}; the same command goes on from there"
+        ) from None
+    return rows
 
 
 def _name_unmarked(rows: Iterable[Row]) -> None:
@@ -170,9 +180,10 @@ def merge(output: Path) -> None:
     """
     if not output.is_file():
         raise ValueError(f"{output}: there is no such table; `labs grade` makes it")
-    rows = _rows_so_far(output)
     sources = labs()
-    _write(output, rows, rows, sources, None, models=True)
+    with alone(pages.lock_of(output), "grading"):
+        rows = _rows_so_far(output)
+        _write(output, rows, rows, sources, None, models=True)
     if unread := list(filter(None, (_unread(row, sources) for row in rows))):
         missing = "; ".join(unread)
         print(f"no total yet, points missing: {missing}", file=sys.stderr)

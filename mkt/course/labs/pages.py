@@ -33,6 +33,16 @@ def rubrics_of(output: Path) -> Path:
     return output.with_name(f"{output.stem}_rubrics.md")
 
 
+def lock_of(output: Path) -> Path:
+    """The file by which one grading waits for another of the same table."""
+    return output.with_name(f"{output.name}.lock")
+
+
+def beside(output: Path) -> list[Path]:
+    """All that may lie beside a table of ours, and belongs to it."""
+    return [folder_of(output), rubrics_of(output), lock_of(output)]
+
+
 def write(output: Path, row: Row, lab: NotebookNode, models: bool) -> None:
     """Write the page of a row: FOLDER/STUDENT/LAB.html, with the file's hash in it.
 
