@@ -1,14 +1,16 @@
 """`labs release` and `labs check`, on a made-up lab."""
 
+import time
+
 import nbformat
 import pytest
 
 from mkt.course import cli
 from mkt.course.labs import checking
-from mkt.course.labs.judge import judged
+from mkt.course.labs.judge import SAID, judged
 from mkt.course.labs.marks import faults
 from mkt.course.labs.notebooks import headings, of_role, released
-from mkt.course.labs.student import DIED, Cell
+from mkt.course.labs.student import CELLS, DIED, ENDS, OVER, Cell
 from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
 
 
@@ -160,6 +162,35 @@ def test_what_ends_the_program_below_a_check_takes_no_points_away_either():
     cells += [Cell("end", "import os\nos._exit(1)"), Cell("f2", "def f(): return 2")]
     said = judged([], [Cell("check", "assert f() == 1")], cells, boxed=False)
     assert said == {"end": DIED}
+
+
+@pytest.mark.parametrize("end", ["exit()", "quit()", "import sys\nsys.exit(1)"])
+def test_a_piece_that_ends_the_program_is_told_so(end):
+    body = end.replace("\n", "\n    ")
+    for source in (end, f"def f():\n    {body}"):
+        said = judged([], [Cell("check", "f()")], [Cell("f", source)], boxed=False)
+        assert ENDS in said.values()
+
+
+def test_of_two_cells_of_one_name_only_the_one_that_ends_the_program_is_left_out():
+    deadly, good = Cell("f", "import os\nos._exit(1)"), Cell("f", "f = abs")
+    check = Cell("check", "assert f(-1) == 1")
+    for cells in ([deadly, good], [good, deadly]):
+        assert judged([], [check], cells, boxed=False) == {"f": DIED}
+
+
+def test_what_is_said_of_a_cell_has_an_end():
+    cells = [Cell("f", f"raise ValueError({'x' * 5000!r})")]
+    assert len(judged([], [], cells, boxed=False)["f"]) == SAID
+
+
+def test_a_notebook_as_a_whole_has_a_limit():
+    cells = [Cell(f"c{k}", "while True: pass") for k in range(CELLS + 5)]
+    began = time.monotonic()
+    said = judged([], [], cells, 0.4, boxed=False)
+    assert time.monotonic() - began < 2.5 * CELLS * 0.4
+    assert [said[f"c{k}"] for k in (-3 + len(cells), -1 + len(cells))] == [OVER] * 2
+    assert said["c0"] != OVER
 
 
 def test_a_cell_is_found_by_the_bare_heading_above_it_or_else_by_its_name():

@@ -9,7 +9,12 @@ import nbformat
 import pytest
 
 from mkt.course.labs import grading, table
-from mkt.course.labs.submissions import _nothing, submissions
+from mkt.course.labs.submissions import (
+    Submission,
+    _nothing,
+    coincidences,
+    submissions,
+)
 from mkt.files import alone
 from tests.course.toy_lab import GOOD, answer, graded, hand_in, meta, rows
 
@@ -247,7 +252,9 @@ def test_a_folder_that_cannot_be_read_is_not_called_empty(tmp_path):
 def test_a_cell_that_calls_exit_costs_nothing(toy):
     mine = answer(**GOOD | {"six": f"{GOOD['six']}\n\n\nexit()"})
     hand_in(toy / "submitted" / "eve" / "toy.ipynb", mine)
-    assert graded(toy / "submitted", toy / "grades.csv")["eve"]["points"] == "3"
+    row = graded(toy / "submitted", toy / "grades.csv")["eve"]
+    said = "six: calls exit(), which ends the program: take it out"
+    assert (row["points"], row["note"]) == ("3", said)
 
 
 def test_grade_finds_answers_above_the_stub_and_in_cells_below_the_question_and_leaves_out_the_question(  # noqa: E501
@@ -414,6 +421,45 @@ def test_a_second_grading_of_a_table_waits_for_the_first(toy, capfd):
         assert [row["student"] for row in table.read(output)] == students
         before = output.read_bytes()
         assert "Another grading is under way" in capfd.readouterr().err
+
+
+def test_a_note_of_a_file_that_has_no_row_any_more_is_taken_back():
+    """It had none where a grading was stopped, or somebody took its row away."""
+    mine = Submission("ada", "toy", Path("ada/toy.ipynb"), sha256="1")
+    others = [
+        Submission(one, "toy", Path(one, "toy.IPYNB"), sha256="1") for one in "bcdef"
+    ]
+    for count in range(1, 6):
+        found = [mine, *others[:count]]
+        odd = coincidences(found, {one.path: "Ada" for one in found}, {})
+        row = {"file": "ada/toy.ipynb", "sha256": "1", "note": "by hand"}
+        grading._tell([row], found, odd)
+        assert len(row["note"].splitlines()) == 3
+        assert ("and 2 more" in row["note"]) == (count == 5)
+        assert (" more" in row["note"]) == (count > 3)
+        grading._tell([row], [mine], {})
+        assert row["note"] == "by hand"
+
+
+def test_a_note_has_a_line_for_each_matter_whatever_files_are_called():
+    found = [
+        Submission("a", "toy", Path(f"{one}\nx.ipynb"), sha256="1") for one in "ab"
+    ]
+    for lines in coincidences(found, {}, {}).values():
+        assert [line for line in lines if "\n" in line] == []
+
+
+def test_what_systems_leave_beside_the_files_is_no_students(toy):
+    folder = toy / "submitted"
+    hand_in(folder / "ada" / "toy.ipynb", answer(**GOOD))
+    for left in ("Thumbs.db", "desktop.ini", "~$toy.ipynb", ".DS_Store", "__MACOSX/x"):
+        hand_in(folder / left, "")
+        hand_in(folder / "bob" / left, "")
+    found = submissions(folder, ["toy"], ())
+    assert {one.student: one.trouble for one in found} == {
+        "ada": "",
+        "bob": "nothing was handed in",
+    }
 
 
 def test_what_is_too_large_for_a_notebook_is_told_the_remedy(toy, monkeypatch):

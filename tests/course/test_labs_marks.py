@@ -9,7 +9,7 @@ from mkt.course import cli
 from mkt.course.labs import grading, marks, pages, table
 from mkt.course.labs.notebooks import headings, labs, name, of_role, released
 from mkt.course.labs.submissions import GONE
-from tests.course.toy_lab import GOOD, answer, graded, hand_in
+from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
 
 # Each starts students' programs; a quick loop leaves them out.
 pytestmark = pytest.mark.slow
@@ -126,7 +126,7 @@ def test_pages_with_model_answers_stay_when_more_is_graded(grades, toy):
 def test_points_that_were_typed_are_on_the_page_after_the_next_run(grades, toy):
     typed(grades, "2,5")
     graded(toy / "submitted", grades)
-    assert "3.5 of 6 points" in page(grades, "ada")
+    assert "3,5 of 6 points" in page(grades, "ada")
 
 
 def test_a_row_says_that_its_file_is_gone_and_its_page_does_not(grades, toy):
@@ -154,7 +154,7 @@ def test_a_file_that_is_gone_has_no_total_and_its_page_stays(grades, toy):
     graded(toy / "submitted", grades)
     for row in (table.read(grades)[0], merged(grades)[0]):
         assert (row["why"], row["points"], row["total"]) == ("2,5", "1", "")
-        assert "3.5 of 6 points" in page(grades, "ada")
+        assert "3,5 of 6 points" in page(grades, "ada")
         assert "Because." in page(grades, "ada")
     (toy / "aside").rename(toy / "submitted" / "ada")
     graded(toy / "submitted", grades)
@@ -203,7 +203,7 @@ def test_points_of_a_check_may_be_changed_too(grades):
     typed(grades, "2")
     typed(grades, "0,5", "check_add")
     (row,) = merged(grades)
-    assert (row["points"], row["total"]) == ("1.5", "3.5")
+    assert (row["points"], row["total"]) == ("1,5", "3,5")
     typed(grades, "99", "check_add")
     with pytest.raises(SystemExit, match="'99' in the table is not a number of points"):
         merged(grades)
@@ -227,14 +227,14 @@ def test_a_file_that_is_handed_in_again_keeps_the_points_of_the_same_answer(
     found = {row["points"]: row for row in table.read(grades)}
     assert {points: row["total"] for points, row in found.items()} == {
         "1": "",  # or a sum over the rows would count both
-        "3": "5.5",
+        "3": "5,5",
     }
     assert found["1"]["why"] == "2,5"
     assert found["1"]["note"].splitlines()[0] == grading.OLDER
     assert found["3"]["note"] == ""
-    assert "5.5 of 6 points" in page(grades, "ada")
+    assert "5,5 of 6 points" in page(grades, "ada")
     merged(grades)
-    assert "5.5 of 6 points" in page(grades, "ada")
+    assert "5,5 of 6 points" in page(grades, "ada")
 
 
 def test_points_of_another_answer_stay_in_the_older_row_and_the_new_one_says_so(
@@ -246,9 +246,9 @@ def test_points_of_another_answer_stay_in_the_older_row_and_the_new_one_says_so(
     graded(toy / "submitted", grades)
     found = {row["points"]: row for row in table.read(grades)}
     assert found["3"]["why"] == found["3"]["total"] == ""
-    assert found["3"]["note"] == pages.ELSEWHERE
+    assert found["3"]["note"] == pages.TYPED_ELSEWHERE
     assert found["1"]["why"] == "2,5"
-    assert pages.ELSEWHERE not in page(grades, "ada")
+    assert pages.TYPED_ELSEWHERE not in page(grades, "ada")
     table.write(
         grades, found["3"], [found["1"], found["3"] | {"why": "1"}], table.SEPARATORS[0]
     )
@@ -280,12 +280,70 @@ def merged(output):
     return table.read(output)
 
 
+@pytest.mark.parametrize("typed_in, total", [("2,5", "3,5"), ("2.5", "3.5")])
+def test_sums_have_the_decimal_mark_of_what_was_typed(grades, toy, typed_in, total):
+    """In all rows, and also where the typed number is a check's."""
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer())
+    graded(toy / "submitted", grades)
+    found = {row["student"]: row for row in table.read(grades)}
+    found["ada"]["why"] = typed_in
+    found["bob"]["check_add"] = "1.5"
+    table.write(grades, found["ada"], found.values(), ";")
+    rows = {row["student"]: row for row in merged(grades)}
+    assert rows["ada"]["total"] == total
+    assert rows["bob"]["total"] == total.replace("3", "1")
+    assert rows["bob"]["points"] == total.replace("3", "1")
+    assert rows["bob"]["check_add"] == "1.5"
+
+
+def test_rows_of_a_teachers_own_stay_as_they_are_and_empty_lines_go(grades, toy):
+    columns = list(table.read(grades)[0])
+    own = dict.fromkeys(columns, "") | {"student": "average", "lab": "toy"}
+    own |= {"points": "2.75", "total": "3", "why": "two"}
+    blank = "," * (len(columns) - 1)
+    table.write(grades, columns, [own, *table.read(grades)], ",")
+    text = grades.read_text(encoding="utf-8-sig")
+    grades.write_text(f"{text}{blank}\n", encoding="utf-8-sig")
+    for _ in range(2):
+        assert merged(grades)[1:] == [own]
+        graded(toy / "submitted", grades)
+        assert table.read(grades)[1:] == [own]
+    assert not (toy / "grades_pages" / "average").exists()
+
+
+def test_a_student_who_is_renamed_in_the_table_has_one_page(grades, toy):
+    for again in (merged, lambda output: graded(toy / "submitted", output)):
+        (row,) = table.read(grades)
+        row["student"] += " Lovelace"
+        table.write(grades, row, [row], ",")
+        kept = toy / "grades_pages" / "mine" / "notes.html"
+        hand_in(kept, "of the teacher")
+        again(grades)
+        found = sorted((toy / "grades_pages").glob("*/*.html"))
+        assert [path.parent.name for path in found] == [row["student"], "mine"]
+        assert len(list((toy / "grades_pages").iterdir())) == 2
+
+
+def test_points_are_carried_over_from_the_last_of_several_versions():
+    old = {"file": "a", "answers": "x", "note": "", "sha256": ""}
+    rows = [old | {"why": "1"}, old | {"why": "2"}]
+    row = old | {"lab": "toy", "sha256": "new", "why": ""}
+    grading._carry_over(row, rows, {"toy": TOY})
+    assert row["why"] == "2"
+
+
+def test_two_students_never_have_the_same_folder():
+    """Neither by a mark that a folder cannot have, nor by a long name's beginning."""
+    names = ["a/b", "a:b", "a_b", "x" * 99, "x" * 98, f"{'x' * 80}"]
+    assert len({pages._safe(one) for one in names}) == len(names)
+
+
 def test_an_answer_without_end_is_shortened_to_what_a_spreadsheet_holds(toy):
     long = answer(**GOOD | {"why": f"Why?\n\n{'So. ' * 50_000}"})
     hand_in(toy / "submitted" / "ada" / "toy.ipynb", long)
     graded(toy / "submitted", toy / "grades.csv")
     (row,) = table.read(toy / "grades.csv")
-    assert len(row["answers"]) == table.LONGEST
+    assert len(row["answers"]) == table.ROOM
     end = "[shortened here; the whole is in ada/toy.ipynb]"
     assert row["answers"].endswith(end)
     typed(toy / "grades.csv", "2")
@@ -313,7 +371,7 @@ def test_an_older_table_with_a_longer_answer_can_be_read(grades):
     long = text.replace("I do not know.", "I do not know. " * 20_000)
     grades.write_text(long.replace(",0,1,,", ",0,1,3,"), encoding="utf-8")
     (row,) = merged(grades)
-    assert row["total"] == "4" and len(row["answers"]) == table.LONGEST
+    assert row["total"] == "4" and len(row["answers"]) == table.ROOM
 
 
 def test_columns_that_a_teacher_has_added_stay(grades, toy):

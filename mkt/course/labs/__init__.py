@@ -10,8 +10,8 @@ process, `mkt.course.labs.accused`, inside a `mkt.course.labs.sandbox`.  It spea
 that process through `mkt.course.labs.student`; what they send one another are
 `mkt.course.labs.values`.  `mkt.course.labs.marks` says what a notebook is worth,
 `mkt.course.labs.checking` tells a student, and `mkt.course.labs.grading` a teacher: it
-makes a `mkt.course.labs.table` and `mkt.course.labs.pages` of
-`mkt.course.labs.submissions`, with a note on what is `mkt.course.labs.borrowed`, or
+makes a `mkt.course.labs.table` with `mkt.course.labs.sums`, and `mkt.course.labs.pages`
+of `mkt.course.labs.submissions`.  Notes are on what is `mkt.course.labs.borrowed`, or
 `mkt.course.labs.alike` in two files; `mkt.course.labs.source` reads code that nobody
 runs.  Checks that need a right piece have it from `mkt.course.labs.pieces`.  Marks and
 metadata are nbgrader's, which can generate and grade the same files.

@@ -55,6 +55,10 @@ class Accused:
             def enable_gui(self, gui=None):
                 """Do nothing."""
 
+            def ask_exit(self):
+                """What `exit()` asks for is an error here as in a function."""
+                raise SystemExit
+
             def _tee(self, channel):
                 """Keep nothing of what is printed: it may be more than memory holds."""
                 return contextlib.nullcontext()

@@ -39,24 +39,24 @@ from mkt.course.labs.submissions import (
     BESIDE,
     GONE,
     NOTHING,
+    OLDER,
     Submission,
     coincidences,
     handed_in,
 )
+from mkt.course.labs.sums import Labs, counts, sum_up, unread
 from mkt.course.labs.table import COLUMNS, Row
 from mkt.course.labs.variants import written_name
 from mkt.files import alone, new_file
 
 AT_ONCE = 2  # submissions, each of which has two processes
 OURS = "not graded, and not by the student's fault"
-OLDER = "an older version of this file"
 UNREAD = "this file cannot be read: save the notebook again and hand it in"
 UNANSWERED = "not answered"
 # Which a person has to read.
-ASIDE = "not answered in its place; other text of the student's:"
+IN_ANOTHER_PLACE = "not answered in its place; other text of the student's:"
 BEGINNING = 200  # [letters] of it in the note; all of it is among the answers
 NAMELESS = "no student's name in that of the file; the folder's stands for it"
-Labs = Mapping[str, NotebookNode]
 Odd = Mapping[Path, list[str]]
 
 
@@ -137,13 +137,14 @@ def _graded(
             rows.append(row)
             _write(output, rows, [row], sources, comma)
         rows = _rows_so_far(output) if rows else []
-        _sum_up(rows, sources)
+        sum_up(rows, sources)
         changed = [
             row
             for row in rows
             if _on_page(row) not in before or not pages.is_there(output, row)
         ]
         _write(output, rows, changed, sources, comma)
+        pages.remove_others(output, rows)
     except KeyboardInterrupt:
         state = f"has {len(rows)} rows" if rows else "was not begun"
         raise InterruptedError(
@@ -154,7 +155,7 @@ def _graded(
 
 def _name_unmarked(rows: Iterable[Row]) -> None:
     """Say which of the rows that count have no marks."""
-    unmarked = [row for row in rows if not row["points"] and not _replaced(row)]
+    unmarked = [row for row in rows if counts(row) and not row["points"]]
     if unmarked:
         files = ", ".join(row["file"] for row in unmarked)
         print(f"no marks, see the notes in the table: {files}", file=sys.stderr)
@@ -184,19 +185,10 @@ def merge(output: Path) -> None:
     with alone(pages.lock_of(output), "grading"):
         rows = _rows_so_far(output)
         _write(output, rows, rows, sources, None, models=True)
-    if unread := list(filter(None, (_unread(row, sources) for row in rows))):
-        missing = "; ".join(unread)
-        print(f"no total yet, points missing: {missing}", file=sys.stderr)
-
-
-def _unread(row: Row, sources: Labs) -> str:
-    """Whose row has no total yet, and for want of which points; "" where none waits."""
-    waits = row["points"] and not row["total"] and not _replaced(row)
-    if row["lab"] not in sources or not waits:
-        return ""
-    questions = of_role(sources[row["lab"]], "question")
-    blank = ", ".join(one for one in questions if not row.get(one))
-    return f"{row['student']}, {row['lab']}: {blank}"
+        pages.remove_others(output, rows)
+    if waiting := list(filter(None, (unread(row, sources) for row in rows))):
+        whose = "; ".join(waiting)
+        print(f"no total yet, points missing: {whose}", file=sys.stderr)
 
 
 def _rows_so_far(output: Path) -> list[Row]:
@@ -218,12 +210,13 @@ def _tell(rows: list[Row], found: Iterable[Submission], odd: Odd) -> None:
     Those of the other rows, which count, say what is odd about their files now.
     """
     newest = dict(map(_key, found))
-    files = tuple(f" {row['file']}" for row in rows)
     now = {
         table.harmless(str(path)): [*map(table.harmless, lines)]
         for path, lines in odd.items()
     }
     for row in rows:
+        if not row["file"]:  # a teacher's own, such as one of averages
+            continue
         lines = [line for line in row["note"].splitlines() if line != GONE]
         if row["file"] not in newest:
             lines.insert(0, GONE)
@@ -233,15 +226,18 @@ def _tell(rows: list[Row], found: Iterable[Submission], odd: Odd) -> None:
                 lines.insert(0, OLDER)
             elif not row["note"].startswith(OURS):
                 said = now.get(row["file"], [])
-                rest = [one for one in lines if not _is_of_files(one, files)]
+                rest = [one for one in lines if not _is_of_files(one)]
                 lines = said + [one for one in rest if one not in said]
         row["note"] = "\n".join(lines)
 
 
-def _is_of_files(line: str, files: tuple[str, ...]) -> bool:
-    """Whether a line says what is odd, and no teacher has written behind the files."""
-    named = re.sub(r" and \d+ more$", "", line)
-    return line.startswith(BESIDE) and named.endswith(files)
+def _is_of_files(line: str) -> bool:
+    """Whether a line says what is odd, and no teacher has written behind the files.
+
+    They are notebooks, and perhaps in no row: it may have been taken away.
+    """
+    files = r".* .*\.(?i:ipynb)( and \d+ more)?"
+    return any(re.fullmatch(re.escape(words) + files, line) for words in BESIDE)
 
 
 def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
@@ -265,7 +261,7 @@ def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
         if same:
             row[one] = same[-1]
         elif typed:
-            row["note"] = "\n".join([*row["note"].splitlines(), pages.ELSEWHERE])
+            row["note"] = "\n".join([*row["note"].splitlines(), pages.TYPED_ELSEWHERE])
 
 
 def _write(
@@ -282,78 +278,16 @@ def _write(
     Without a separator it has that of the table that is there, or a comma.
     """
     comma = comma or (table.separator(output) if output.exists() else ",")
-    _sum_up(rows, sources)
+    sum_up(rows, sources)
     table.write(output, _columns(rows, sources), rows, comma)
     for row in new:
         if OLDER in row["note"].splitlines():
             pages.remove(output, row)
-        elif row["lab"] in sources and not _replaced(row):
+        elif row["lab"] in sources and counts(row):
             pages.write(output, row, sources[row["lab"]], models)
     present = {row["lab"] for row in rows}
-    labs = {title: lab for title, lab in sources.items() if title in present}
-    pages.write_rubrics(output, labs)
-
-
-def _sum_up(rows: list[Row], sources: Labs) -> None:
-    """The totals of rows that count; ValueError for all that is no number of points."""
-    wrong = []
-    for row in rows:
-        lab = sources.get(row["lab"])
-        row["total"] = ""
-        if lab is None or not row["points"]:
-            continue
-        try:
-            row["points"] = _sum(row, lab, "check") or row["points"]
-            row["total"] = "" if _replaced(row) else _total(row, lab)
-            if row["total"]:
-                lines = row["note"].splitlines()
-                row["note"] = "\n".join(one for one in lines if one != pages.ELSEWHERE)
-        except ValueError as error:
-            wrong.append(str(error))
-    if wrong:
-        raise ValueError("; ".join(wrong))
-
-
-def _replaced(row: Row) -> bool:
-    """Whether the file of a row is another by now, or gone: it counts no more."""
-    return not {GONE, OLDER}.isdisjoint(row["note"].splitlines())
-
-
-def _total(row: Row, lab: NotebookNode) -> str:
-    """The points of a row with those that were typed, "" while some are missing."""
-    typed = _sum(row, lab, "question")
-    by_checks = _points(row["points"], float("inf"), row)
-    return f"{by_checks + float(typed):g}" if typed else ""
-
-
-def _sum(row: Row, lab: NotebookNode, role: str) -> str:
-    """The points of all checks or of all questions, "" while some are missing.
-
-    Raises
-    ------
-    ValueError
-        For a text that is no number of points.
-    """
-    pieces = of_role(lab, role)
-    typed = [row.get(piece, "") for piece in pieces]
-    if not all(typed):
-        return ""
-    most = [points(cell) for cell in pieces.values()]
-    read = [_points(text, of, row) for text, of in zip(typed, most, strict=True)]
-    return f"{sum(read):g}"
-
-
-def _points(text: str, most: float, row: Row) -> float:
-    try:
-        value = float(text.replace(",", "."))
-    except ValueError:
-        value = -1
-    if not 0 <= value <= most:
-        raise ValueError(
-            f"{row['student']}, {row['lab']}: {text!r} in the table is not a number of "
-            f"points from 0 to {most:g}"
-        )
-    return value
+    in_it = {title: lab for title, lab in sources.items() if title in present}
+    pages.write_rubrics(output, in_it)
 
 
 def _columns(rows: list[Row], sources: Labs) -> list[str]:
@@ -398,7 +332,7 @@ def _odd(found: Iterable[Submission], sources: Labs) -> Odd:
 def _unanswered(aside: str) -> str:
     """What is said of a question without an answer, and of text in other places."""
     beginning = " ".join(aside[: 10 * BEGINNING].split())[:BEGINNING]
-    return f"{ASIDE} {beginning}" if aside else UNANSWERED
+    return f"{IN_ANOTHER_PLACE} {beginning}" if aside else UNANSWERED
 
 
 def _key(one: Submission) -> tuple[str, str]:

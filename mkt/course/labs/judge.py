@@ -34,7 +34,7 @@ from mkt.course.labs.student import (
 
 # [s] that a judge may take for itself beside the student's time.
 OWN_TIME = 300
-LONGEST = 1000  # [letters] of what is said of a cell; a student's list may be endless
+SAID = 1000  # [letters] of what is said of a cell; a student's list may be endless
 
 
 class Judge:
@@ -146,7 +146,7 @@ def judged(
         )
         said = json.loads(done.stdout)
         # In one line each, which nobody can take for a note of ours.
-        return {name: " ".join(words.split())[:LONGEST] for name, words in said.items()}
+        return {name: " ".join(words.split())[:SAID] for name, words in said.items()}
     except subprocess.TimeoutExpired:
         raise Trouble("the judge did not come to an end") from None
     except ValueError:

@@ -3,6 +3,7 @@
 import hashlib
 import html
 import re
+from contextlib import suppress
 from pathlib import Path
 
 import jinja2
@@ -13,8 +14,10 @@ from mkt.course.labs.submissions import OF_OTHERS
 from mkt.course.labs.table import Row
 from mkt.files import whole
 
-ELSEWHERE = "the typed points are in the row of an older version, whose answer differs"
-FOR_TEACHERS = (*OF_OTHERS, ELSEWHERE)  # with which lines of a note begin
+TYPED_ELSEWHERE = (
+    "the typed points are in the row of an older version, whose answer differs"
+)
+FOR_TEACHERS = (*OF_OTHERS, TYPED_ELSEWHERE)  # with which lines of a note begin
 
 _TEMPLATES = jinja2.Environment(
     loader=jinja2.FileSystemLoader(Path(__file__).parent),
@@ -89,6 +92,16 @@ def is_there(output: Path, row: Row) -> bool:
 def remove(output: Path, row: Row) -> None:
     """Remove the page of a row, if it has one."""
     _path(output, row).unlink(missing_ok=True)
+
+
+def remove_others(output: Path, rows: list[Row]) -> None:
+    """Remove the pages that no row has, such as those under a name that was mended."""
+    kept = {_path(output, row) for row in rows}
+    for path in folder_of(output).glob("*/*.html"):
+        if path not in kept and re.search(r"_[0-9a-f]{8}\.html$", path.name):
+            path.unlink()
+            with suppress(OSError):  # there is more in it
+                path.parent.rmdir()
 
 
 def _path(output: Path, row: Row) -> Path:

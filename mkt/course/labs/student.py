@@ -38,6 +38,7 @@ CHANGED = (
 )
 # Where a check, or a function that it puts in the place of another, is called by name.
 RENAMED = "are the names in the `def` lines still those that you were given?"
+ENDS = "calls exit(), which ends the program: take it out"
 OVER = "the notebook takes too long as a whole, and was stopped before this"
 # [s] for what was interrupted to end, but not above the limit; then its process is
 # given up.
@@ -180,7 +181,7 @@ class Student:
     def __init__(self, cells: list[Cell], limit: float, boxed: bool):
         self.cells, self.limit, self.boxed = cells, limit, boxed
         self.failures: dict[str, str] = {}
-        self.deadly: set[str] = set()
+        self.deadly: set[int] = set()  # places of the cells that end the process
         self.place = ""
         self.end = time.monotonic() + CELLS * limit
         self.deadline = self.end
@@ -202,9 +203,9 @@ class Student:
         """Run all cells in a fresh process, without those that end it."""
         while self.process is None:
             self.launch()
-            for cell in self.cells:
-                if cell.name not in self.deadly and self.process:
-                    self.run(cell)
+            for place in range(len(self.cells)):
+                if place not in self.deadly and self.process:
+                    self.run(place)
 
     def launch(self) -> None:
         """A process that waits for requests.
@@ -247,16 +248,21 @@ class Student:
             self.process.wait()
         self.process = None
 
-    def run(self, cell: Cell) -> None:
-        """Run a cell, and keep in `failures` what went wrong."""
+    def run(self, place: int) -> None:
+        """Run a cell, and keep in `failures` what went wrong.
+
+        Of two cells of one name it is what ended the process, or else what came last.
+        """
         self.allow()
-        self.failures.pop(cell.name, None)
+        cell = self.cells[place]
+        if cell.name not in {self.cells[k].name for k in self.deadly}:
+            self.failures.pop(cell.name, None)
         try:
             self.ask({"do": "run", "source": cell.source, "name": cell.name})
         except TheirError as error:
             self.failures[cell.name] = str(error)
             if self.process is None:
-                self.deadly.add(cell.name)
+                self.deadly.add(place)
 
     def allow(self) -> None:
         """Start the time of one cell or check."""
@@ -396,6 +402,8 @@ def _as_said(name: str, words: str, late: str) -> TheirError:
         return TheirError(UNWRITTEN)
     if name == "KeyboardInterrupt":
         return TheirError(late)
+    if name == "SystemExit":
+        return TheirError(ENDS)
     if name == "ValueError" and words.endswith(LOCKED):
         return TheirError(CHANGED)
     more = f": {RENAMED}" if "unexpected keyword argument" in words else ""

@@ -13,12 +13,21 @@ from pathlib import Path
 
 from mkt.course.labs.variants import plain_name
 
-# What systems and nbgrader leave beside what was handed in.
-ASIDE = {"__pycache__", "__MACOSX", "timestamp.txt"}
+# What systems and nbgrader leave beside what was handed in, in small letters; Word and
+# its like begin the name of a file that is open with the second of these.
+NOT_HANDED_IN = {
+    "__pycache__",
+    "__macosx",
+    "thumbs.db",
+    "desktop.ini",
+    "timestamp.txt",
+}
+BEGINNINGS = ".", "~$"
 SHORT = "lab_"  # with which the names of labs begin, should a file have no more of one
 LARGEST = 50e6  # [bytes] of a notebook
 SHOWN = 3  # files that a sentence lists by name
 NOTHING = "nothing was handed in"  # in a folder of a student
+OLDER = "an older version of this file"
 GONE = "this file is no longer in the folder"
 ARCHIVES = (".zip", ".tar", ".gz", ".tgz", ".7z", ".rar")
 # Sentences that begin so name other students.
@@ -105,7 +114,7 @@ def submissions(
     STUDENT_LAB.ipynb; the name of the lab may stand anywhere in that of the file.  In
     STUDENT_lab_1.ipynb a file's name is cut short, but says whose it is, and in
     STUDENT.ipynb it says nothing else.
-    Hidden files do not count.
+    Hidden files do not count, nor do those that systems leave.
 
     Parameters
     ----------
@@ -155,7 +164,7 @@ def _with_parents(folder: Path, path: Path) -> list[Path]:
 
 
 def _is_aside(part: str) -> bool:
-    return part.startswith(".") or part in ASIDE
+    return part.startswith(BEGINNINGS) or part.casefold() in NOT_HANDED_IN
 
 
 def _submission(folder: Path, path: Path, names: list[str]) -> Submission:

@@ -24,7 +24,7 @@ SHORTENED = {
     "note": "a run into a new table has the whole on its page",
     "answers": "the whole is in {file}",
 }
-LONGEST = 32_767  # [characters] that a cell of a spreadsheet holds
+ROOM = 32_767  # [characters] that a cell of a spreadsheet holds
 ENDLESS = 2**31 - 1  # [characters] of a cell that is read
 
 Row = dict[str, str]
@@ -49,7 +49,8 @@ def _is_number(text: str) -> bool:
 def read(path: Path) -> list[Row]:
     """The rows of a table, also of one that a spreadsheet has saved.
 
-    Columns that a teacher has added are in them, too.
+    Columns and rows that a teacher has added are in them, too; the latter have no file.
+    Empty lines are not.
 
     Raises
     ------
@@ -69,7 +70,8 @@ def read(path: Path) -> list[Row]:
             "there is text in a column without a heading",
             "write one above it, in the first line",
         )
-    return [{key: value or "" for key, value in row.items() if key} for row in rows]
+    named = [{key: value or "" for key, value in row.items() if key} for row in rows]
+    return [row for row in named if any(row.values())]
 
 
 def _has_columns(path: Path, names: Iterable[str]) -> None:
@@ -101,7 +103,7 @@ def _text(path: Path) -> str:
 
 
 def write(path: Path, columns: Iterable[str], rows: Iterable[Row], comma: str) -> None:
-    """Write a table as a whole, sorted by student and lab.
+    """Write a table as a whole, sorted by student and lab; a teacher's rows are last.
 
     Notes and answers for which a spreadsheet has no room are shortened.
 
@@ -115,8 +117,9 @@ def write(path: Path, columns: Iterable[str], rows: Iterable[Row], comma: str) -
         What stands between two cells.
     """
 
-    def order(row: Row) -> tuple[str, str, str]:
-        return row["student"], row["lab"], row["file"]
+    def order(row: Row) -> tuple:
+        place = row["student"], row["lab"], row["file"]
+        return (False, place) if row["file"] else (True, ())
 
     # Its first mark (utf-8-sig) tells spreadsheets how to read umlauts.
     with (
@@ -133,7 +136,7 @@ def write(path: Path, columns: Iterable[str], rows: Iterable[Row], comma: str) -
 def _short(row: Row, key: str) -> str:
     """A text that a cell holds."""
     text = row.get(key, "")
-    if len(text) <= LONGEST:
+    if len(text) <= ROOM:
         return text
     end = f"\n[shortened here; {SHORTENED[key].format(file=row['file'])}]"
-    return text[: LONGEST - len(end)] + end
+    return text[: ROOM - len(end)] + end
