@@ -1,11 +1,17 @@
 """`labs grade` goes through a folder whatever is in it."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
 import threading
+import time
 import unicodedata
 from pathlib import Path
 
 import nbformat
+import psutil
 import pytest
 
 from mkt.course.labs import grading, table
@@ -210,6 +216,35 @@ def test_grade_says_at_ctrl_c_how_many_rows_the_table_has_and_goes_on_from_there
         "ada": "5.5",
         "bob": "",
     }
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there a program is ended at once")
+@pytest.mark.parametrize("blow", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_to_the_grading_alone_ends_what_it_has_started(toy, blow):
+    slow = answer(**GOOD | {"add": "import time\ntime.sleep(50)"})
+    for student in ("ada", "bob", "eve"):
+        hand_in(toy / "submitted" / student / "toy.ipynb", slow)
+    code = (
+        "import sys; from pathlib import Path; from mkt.__main__ import prepare; "
+        "prepare(); from mkt.course.labs import grading, notebooks; "
+        "notebooks.FOLDER = Path(sys.argv[1]); "
+        "grading.grade(*map(Path, sys.argv[2:4]), trusted=True)"
+    )
+    places = (toy / "labs", toy / "submitted", toy / "grades.csv")
+    with subprocess.Popen([sys.executable, "-c", code, *places]) as grading_:
+        below = psutil.Process(grading_.pid)
+        for _ in range(300):
+            started = below.children(recursive=True)
+            if sum("mkt.course.labs.accused" in one.cmdline() for one in started) == 2:
+                break
+            time.sleep(0.1)
+        time.sleep(1)
+        began = time.monotonic()
+        grading_.send_signal(blow)
+        code = grading_.wait(40)
+        assert code != 0 and time.monotonic() - began < 15
+    left = psutil.wait_procs(started, timeout=10)[1]
+    assert [(one.status(), one.cmdline()) for one in left] == []
 
 
 def test_grade_sorts_its_rows_has_one_for_files_that_are_no_notebooks_and_tells_spreadsheets_of_umlauts(  # noqa: E501

@@ -1,6 +1,8 @@
 """Marks reach students: the table that a teacher fills in, and the pages."""
 
 import json
+import re
+import shlex
 
 import nbformat
 import pytest
@@ -9,6 +11,7 @@ from mkt.course import cli
 from mkt.course.labs import grading, marks, pages, table
 from mkt.course.labs.notebooks import headings, labs, name, of_role, released
 from mkt.course.labs.submissions import GONE
+from mkt.files import PACKAGE, ROOT
 from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
 
 # Each starts students' programs; a quick loop leaves them out.
@@ -79,9 +82,9 @@ def test_what_a_teacher_types_is_summed_up_and_then_the_page_has_the_model_answe
 ):
     typed(grades, "2,5")
     (row,) = merged(grades)
-    assert (row["total"], row["maximum"]) == ("3.5", "6")
+    assert (row["total"], row["maximum"]) == ("3,5", "6")
     text = page(grades, "ada")
-    assert "3.5 of 6 points" in text
+    assert "3,5 of 6 points" in text
     assert "Because." in text and "return a + b" in text
 
 
@@ -418,6 +421,41 @@ def test_a_limit_is_a_time(limit, capsys):
     with pytest.raises(SystemExit):
         cli.parse(["labs", "grade", "x", "--limit", limit])
     assert "is not a number of seconds above 0" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        ("grade", "name the FOLDER with what was handed in, or say --merge"),
+        ("grade x --merge", "takes no FOLDER"),
+        ("grade --merge --limit 5 --separator ;", "takes no --limit, --separator"),
+        ("grade --merge --trust-the-students", "takes no --trust-the-students"),
+        ("grade x -o grades.xlsx", "grades.xlsx: give a name that ends in .csv"),
+        ("grade --merge -o grades", "grades: give a name that ends in .csv"),
+        ("grade x -o ''", "the name is empty"),
+        ("handout -o ''", "the name is empty"),
+        ("nbgrader -o ''", "the name is empty"),
+    ],
+)
+def test_words_that_make_no_sense_are_refused_at_once(words, said, capsys):
+    with pytest.raises(SystemExit):
+        cli.parse(["labs", *shlex.split(words.replace(";", "';'"))])
+    assert said in capsys.readouterr().err
+
+
+def test_words_that_make_sense_are_taken():
+    for words in ("grade x -o a.CSV --limit 9", "grade --merge", "check x --limit 9"):
+        assert cli.parse(["labs", *words.split()])
+
+
+@pytest.mark.parametrize("file", ["README.md", "COURSE.md"])
+def test_the_place_of_a_handout_that_is_named_is_no_refused_one(file):
+    """Nor the one of the example in the help."""
+    text = (ROOT / file).read_text(encoding="utf-8")
+    text += (PACKAGE / "course" / "commands" / "labs.py").read_text(encoding="utf-8")
+    places = re.findall(r"labs handout -o ([\w./]+)", text)
+    assert len(places) == 2
+    assert {(ROOT / one).resolve().parent for one in places} == {ROOT.parent}
 
 
 def test_a_limit_may_be_broken(toy):

@@ -39,13 +39,14 @@ def add(commands: Commands) -> None:
         "hand out the labs, check one, or grade them",
         DESCRIPTION,
         "labs release",
-        "labs handout -o course",
+        "labs handout -o ../course",
         "labs nbgrader -o mkt-course",
         "labs check notebooks/handout/lab_1_histograms_and_kernels.ipynb",
         "labs grade submitted -o grades.csv",
         "labs grade --merge -o grades.csv",
         clone=True,
     )
+    parser.set_defaults(check=check_words)
     actions = parser.add_subparsers(dest="what", metavar="ACTION", required=True)
     _add_release(actions)
     _add_handout(actions)
@@ -80,6 +81,31 @@ def _seconds(text: str) -> float:
     return value
 
 
+def _table(text: str) -> Path:
+    """The path of a table; a spreadsheet would take other names for its own files."""
+    path = named_path(text)
+    if path.suffix.lower() != ".csv":
+        raise ArgumentTypeError(f"{text}: give a name that ends in .csv")
+    return path
+
+
+def check_words(args) -> str | None:
+    """What is wrong with words that make no sense together, or None."""
+    if args.what != "grade":
+        return None
+    if not args.merge:
+        missing = "name the FOLDER with what was handed in, or say --merge"
+        return None if args.path else missing
+    running = {
+        "FOLDER": args.path,
+        "--limit": args.limit != LIMIT,
+        "--separator": args.separator,
+        "--trust-the-students": args.trust_the_students,
+    }
+    words = ", ".join(word for word, said in running.items() if said)
+    return f"--merge runs nothing and takes no {words}" if words else None
+
+
 def _add_release(actions: Commands) -> None:
     release = actions.add_parser(
         "release", help="write the students' version of every lab"
@@ -104,7 +130,7 @@ def _add_handout(actions: Commands) -> None:
         action.add_argument(
             "-o",
             "--output",
-            type=Path,
+            type=named_path,
             required=True,
             metavar="FOLDER",
             help=f"where to; it must not be there yet{more}",
@@ -128,9 +154,9 @@ def _add_grade(actions: Commands):
     grade.add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=_table,
         default=Path("grades.csv"),
-        metavar="FILE",
+        metavar="FILE.csv",
         help="table to write, or to go on with; ./grades.csv by default",
     )
     grade.add_argument(
@@ -213,8 +239,6 @@ def _grade(args) -> int:
         print("grading as root, which SECURITY.md advises against", file=sys.stderr)
     if args.merge:
         grading.merge(args.output)
-    elif args.path is None:
-        raise ValueError("name the FOLDER with what was handed in, or say --merge")
     else:
         troubles = grading.grade(
             args.path,

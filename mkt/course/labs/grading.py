@@ -9,6 +9,7 @@ handed in again has another row; the older ones say so, and have no page.
 import re
 import sys
 import tempfile
+import time
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import suppress
@@ -21,6 +22,7 @@ from tqdm import tqdm
 from mkt.course.labs import LIMIT, pages, sandbox, table
 from mkt.course.labs.alike import compared
 from mkt.course.labs.borrowed import borrowed
+from mkt.course.labs.judge import end_all
 from mkt.course.labs.marks import (
     answers,
     edited,
@@ -50,6 +52,7 @@ from mkt.course.labs.variants import written_name
 from mkt.files import alone, new_file
 
 AT_ONCE = 2  # submissions, each of which has two processes
+OFTEN = 0.2  # [s] between two looks at those that are to end
 OURS = "not graded, and not by the student's fault"
 UNREAD = "this file cannot be read: save the notebook again and hand it in"
 UNANSWERED = "not answered"
@@ -367,6 +370,10 @@ class _Grader:
                 bar.close()
             finally:
                 pool.shutdown(wait=False, cancel_futures=True)
+                # A signal to this process alone has not reached the judges.
+                while not all(future.done() for future in futures):
+                    end_all()
+                    time.sleep(OFTEN)
 
     def row(self, one: Submission) -> Row:
         """The row of one submission, whatever it is."""

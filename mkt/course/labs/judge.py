@@ -36,6 +36,8 @@ from mkt.course.labs.student import (
 OWN_TIME = 300
 SAID = 1000  # [letters] of what is said of a cell; a student's list may be endless
 
+_running: set[subprocess.Popen] = set()  # judges, which other threads wait for
+
 
 class Judge:
     """The given cells of a lab, executed, and its checks, ready to be executed.
@@ -134,24 +136,45 @@ def judged(
         Where the judge did not come to an end.
     """
     case = {"given": given, "checks": checks, "theirs": theirs}
+    case |= {"limit": limit, "boxed": boxed}
+    out, errors, code = _run(json.dumps(case), CELLS * limit + OWN_TIME)
     try:
-        done = subprocess.run(
-            [sys.executable, "-m", "mkt.course.labs.judge"],
-            input=json.dumps(case | {"limit": limit, "boxed": boxed}),
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            timeout=CELLS * limit + OWN_TIME,
-            env=os.environ | {"MPLBACKEND": "agg", "MKT_STATIC": "0"},
-        )
-        said = json.loads(done.stdout)
-        # In one line each, which nobody can take for a note of ours.
-        return {name: " ".join(words.split())[:SAID] for name, words in said.items()}
-    except subprocess.TimeoutExpired:
-        raise Trouble("the judge did not come to an end") from None
+        said = json.loads(out)
     except ValueError:
-        last = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
+        last = errors.strip().splitlines()[-1:] or [f"exit code {code}"]
         raise Trouble(f"the judge failed: {last[0]}") from None
+    # In one line each, which nobody can take for a note of ours.
+    return {name: " ".join(words.split())[:SAID] for name, words in said.items()}
+
+
+def _run(case: str, time: float) -> tuple[str, str, int]:
+    """What a judge writes about a case, and to its log, and its exit code."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "mkt.course.labs.judge"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        env=os.environ | {"MPLBACKEND": "agg", "MKT_STATIC": "0"},
+    ) as process:
+        _running.add(process)
+        try:
+            return *process.communicate(case, time), process.returncode
+        except subprocess.TimeoutExpired:
+            raise Trouble("the judge did not come to an end") from None
+        finally:
+            _running.discard(process)
+            process.kill()
+
+
+def end_all() -> None:
+    """End the judges that this process has started, and with each its student.
+
+    Each is told once: a second time would disturb it while it does so.
+    """
+    while _running:
+        _running.pop().terminate()
 
 
 def main() -> None:

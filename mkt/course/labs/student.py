@@ -192,7 +192,11 @@ class Student:
         )
 
     def __enter__(self) -> "Student":
-        self.start()
+        try:
+            self.start()
+        except BaseException:  # also Ctrl-C, while a cell runs
+            self.__exit__()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
