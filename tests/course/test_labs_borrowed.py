@@ -8,7 +8,7 @@ import nbformat
 import pytest
 
 from mkt.course.labs import grading
-from mkt.course.labs.borrowed import borrowed
+from mkt.course.labs.borrowed import LONG, USES, borrowed
 from mkt.course.labs.notebooks import labs, name, released
 from tests.course.toy_lab import GOOD, answer, graded, hand_in
 
@@ -51,7 +51,6 @@ HIDDEN = [
         "import scipy.linalg\n\ndef exponential(A):\n    return scipy.linalg.expm(A)",
         "scipy.linalg.expm",
     ),
-    ("tilt", "x = 1" + 10_000 * "#", "more than 10000 letters"),
 ]
 # Where a cell of the student's own imports it: (that cell, the piece, who uses what).
 ELSEWHERE = [
@@ -87,7 +86,7 @@ def solved(title, cell_name, code):
 @pytest.mark.parametrize("title, cell, call, lent", CALLS)
 def test_a_solution_by_a_call_of_what_is_there_is_told(title, cell, call, lent):
     found = borrowed(LABS[title], solved(title, cell, f"def f(*x):\n    return {call}"))
-    assert found == [f"{cell}: uses {lent}, and own work is asked for"]
+    assert found == [USES.format(cell, lent)]
     made = lent.partition(".")[0]
     for own in (f"def f({made}, *x):\n    return {call}", f"{call} is no Python"):
         assert borrowed(LABS[title], solved(title, cell, own)) == []
@@ -97,7 +96,7 @@ def test_a_solution_by_a_call_of_what_is_there_is_told(title, cell, call, lent):
 def test_so_is_what_is_imported_renamed_or_handed_on(cell, code, used):
     title = "lab_8_plane_in_space"
     found = borrowed(LABS[title], solved(title, cell, code))
-    assert found == [f"{cell}: uses {used}, and own work is asked for"]
+    assert found == [USES.format(cell, used)]
 
 
 @pytest.mark.parametrize("imports, code, said", ELSEWHERE)
@@ -105,7 +104,7 @@ def test_so_is_what_a_cell_of_ones_own_imports(imports, code, said):
     lab = LABS["lab_8_plane_in_space"]
     mine = solved("lab_8_plane_in_space", "moved", code)
     mine.cells.insert(1, nbformat.v4.new_code_cell(imports, id="own"))
-    expected = [f"{said}, and own work is asked for"] if said else []
+    expected = [USES.format(*said.split(": uses "))] if said else []
     assert borrowed(lab, mine) == expected
 
 
@@ -117,8 +116,15 @@ def test_a_second_cell_of_the_same_name_hides_nothing(decoy):
     again = copy.deepcopy(cell)
     again.source = decoy
     mine.cells.append(again)
-    said = ["moved: uses library.moved, and own work is asked for"]
+    said = [USES.format("moved", "library.moved")]
     assert borrowed(lab, mine) == said
+
+
+@pytest.mark.parametrize("more, told", [(9_995, False), (9_996, True)])
+def test_of_a_cell_that_is_too_long_to_read_it_is_told(more, told):
+    mine = solved("lab_8_plane_in_space", "moved", "x = 1" + more * "#")
+    said = borrowed(LABS["lab_8_plane_in_space"], mine)
+    assert said == ([LONG.format("moved")] if told else [])
 
 
 def test_what_python_cannot_read_stops_nobody():

@@ -14,6 +14,8 @@ from mkt.course.labs.notebooks import name, of_role
 from mkt.course.labs.source import LONGEST, parsed
 
 LENDERS = "mkt", "scipy"  # packages in which the pieces of a lab are ready-made
+USES = "{}: uses {}, ready-made; what the piece asks for is to be own work"
+LONG = f"{{}}: has more than {LONGEST} letters, of which the rest was not read"
 NUMBER = "my_number"  # a piece that may be typed, or computed with whatever is there
 
 
@@ -45,20 +47,17 @@ def borrowed(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
         if cell not in solutions
     }
     pieces = {one for cell in solutions.values() for one in _functions(cell.source)}
-    found: dict[str, set[str]] = {}
+    said = []
     for cell, source in theirs:
-        names = found.setdefault(cell, set())
+        if cell in solutions:
+            names = _ready_made(source, lent) if cell != NUMBER else set()
+        else:
+            names = _put_in(source, pieces)
+        if names:
+            said.append(USES.format(cell, " and ".join(sorted(names))))
         if len(source) > LONGEST:
-            names.add(f"more than {LONGEST} letters")
-        elif cell not in solutions:
-            names.update(_put_in(source, pieces))
-        elif cell != NUMBER:
-            names.update(_ready_made(source, lent))
-    return [
-        f"{cell}: uses {' and '.join(sorted(names))}, and own work is asked for"
-        for cell, names in found.items()
-        if names
-    ]
+            said.append(LONG.format(cell))
+    return list(dict.fromkeys(said))
 
 
 def _lent(cell: NotebookNode) -> Iterator[str]:
@@ -104,7 +103,7 @@ def _imported(source: str) -> list[tuple[str, str]]:
 
 def _used(source: str) -> set[str]:
     """What a cell uses and does not make itself, with its dots: `mkt.errors`."""
-    nodes = list(ast.walk(parsed(source)))
+    nodes = list(ast.walk(parsed(source[:LONGEST])))
     names = [node for node in nodes if isinstance(node, ast.Name)]
     made = {node.id for node in names if not isinstance(node.ctx, ast.Load)}
     made |= {node.arg for node in nodes if isinstance(node, ast.arg)}

@@ -181,7 +181,7 @@ class Student:
     def __init__(self, cells: list[Cell], limit: float, boxed: bool):
         self.cells, self.limit, self.boxed = cells, limit, boxed
         self.failures: dict[str, str] = {}
-        self.deadly: set[int] = set()  # places of the cells that end the process
+        self.deadly: set[Cell] = set()  # those that end the process
         self.place = ""
         self.end = time.monotonic() + CELLS * limit
         self.deadline = self.end
@@ -207,9 +207,9 @@ class Student:
         """Run all cells in a fresh process, without those that end it."""
         while self.process is None:
             self.launch()
-            for place in range(len(self.cells)):
-                if place not in self.deadly and self.process:
-                    self.run(place)
+            for cell in self.cells:
+                if cell not in self.deadly and self.process:
+                    self.run(cell)
 
     def launch(self) -> None:
         """A process that waits for requests.
@@ -252,21 +252,20 @@ class Student:
             self.process.wait()
         self.process = None
 
-    def run(self, place: int) -> None:
+    def run(self, cell: Cell) -> None:
         """Run a cell, and keep in `failures` what went wrong.
 
         Of two cells of one name it is what ended the process, or else what came last.
         """
         self.allow()
-        cell = self.cells[place]
-        if cell.name not in {self.cells[k].name for k in self.deadly}:
+        if cell.name not in {deadly.name for deadly in self.deadly}:
             self.failures.pop(cell.name, None)
         try:
             self.ask({"do": "run", "source": cell.source, "name": cell.name})
         except TheirError as error:
             self.failures[cell.name] = str(error)
             if self.process is None:
-                self.deadly.add(place)
+                self.deadly.add(cell)
 
     def allow(self) -> None:
         """Start the time of one cell or check."""
