@@ -273,7 +273,7 @@ class ImageFolder(Frames):
 
 
 def read_image(path: str | os.PathLike) -> NDArray:
-    """An image file as a frame.
+    """An image file as a frame, upright where the camera noted how it was held.
 
     Returns
     -------
@@ -287,7 +287,7 @@ def read_image(path: str | os.PathLike) -> NDArray:
     path = existing_file(path)
     # Not imread, which cannot open every name on Windows.
     data = np.fromfile(path, np.uint8)
-    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    image, notes = _stored(data) if data.size else (None, ())
     if image is None or _is_cut(data.tobytes()):
         raise DataError(
             path, "not an image, or cut short", "download it again, or remove it"
@@ -296,7 +296,18 @@ def read_image(path: str | os.PathLike) -> NDArray:
     if wrong:
         name = shlex.quote(path.name)
         raise DataError(path, wrong, _TO_RGB.format(name, "rgb24", "colour.png"))
+    if cv2.IMAGE_METADATA_EXIF in notes:  # a camera may say that it was held upright
+        return np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR_RGB), np.uint8)
     return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+
+
+def _stored(data: NDArray) -> tuple[NDArray | None, Series[int]]:
+    """An image as it is stored, None where it is none, and the kinds of its notes.
+
+    Grey, 16 bits and alpha are left in it, and it is not turned.
+    """
+    image, notes, _ = cv2.imdecodeWithMetadata(data, cv2.IMREAD_UNCHANGED)
+    return image, notes
 
 
 def _is_cut(data: bytes) -> bool:

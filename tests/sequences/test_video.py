@@ -10,12 +10,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import ExifTags, Image
 
 from mkt.files import DataError
 from mkt.sequences import video
 from mkt.sequences.video import KEPT, ImageFolder, VideoFile
 from tests.sequences.written import (
+    HEIGHT,
+    WIDTH,
     noise,
     picture,
     refused,
@@ -207,6 +209,39 @@ def test_bad_folders_and_images(tmp_path):
         path.write_bytes(content)
         with refused(path, "not an image", "download"):
             ImageFolder(path.parent)[1]
+
+
+# What a camera notes of how it was held, and what brings the picture back.
+HELD = {
+    1: lambda stored: stored,
+    2: lambda stored: stored[:, ::-1],
+    3: lambda stored: stored[::-1, ::-1],
+    6: lambda stored: np.rot90(stored, -1),
+    8: np.rot90,
+}
+
+
+@pytest.mark.parametrize("suffix", ["jpg", "png", "webp"])
+@pytest.mark.parametrize("held", HELD)
+def test_a_photograph_is_turned_as_its_camera_was_held(tmp_path, held, suffix):
+    stored = np.full((HEIGHT, WIDTH, 3), 20, np.uint8)
+    stored[: HEIGHT // 2, : WIDTH // 2] = 220, 120, 20  # one corner, and no grey
+    exif = Image.Exif()
+    exif[ExifTags.Base.Orientation] = held
+    Image.fromarray(stored).save(tmp_path / f"0.{suffix}", exif=exif)
+    (frame,) = ImageFolder(tmp_path)
+    upright = HELD[held](stored)
+    assert frame.shape == upright.shape
+    assert np.abs(frame.astype(int) - upright).mean() < 4
+
+
+def test_a_photograph_that_is_turned_is_still_looked_at(tmp_path):
+    exif = Image.Exif()
+    exif[ExifTags.Base.Orientation] = 6
+    path = tmp_path / "0.jpg"
+    Image.new("L", (WIDTH, HEIGHT)).save(path, exif=exif)
+    with refused(path, "grey", "8-bit RGB"):
+        ImageFolder(tmp_path)
 
 
 @pytest.mark.parametrize("suffix", ["jpg", "png", "webp"])
