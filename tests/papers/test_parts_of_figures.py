@@ -18,9 +18,8 @@ from mkt.papers.cordoba2014 import tracking as cordoba
 from mkt.papers.cordoba2014.looks import LOOKS, RIVALS
 from mkt.papers.lessons.survival import COUNTED
 from mkt.papers.nummiaro2003 import sequences, steps
+from mkt.papers.teuliere2009 import histograms, servoing
 from mkt.papers.teuliere2009 import tracking as teuliere
-from mkt.papers.teuliere2009.histograms import still
-from mkt.papers.teuliere2009.servoing import self_motion
 from mkt.plotting import new_figure
 from mkt.regions import HX, HY
 from mkt.scenes.teuliere2009 import fast
@@ -117,10 +116,32 @@ def test_the_film_shades_hidden_frames_alone_up_to_its_own(monkeypatch):
 
 @pytest.mark.parametrize("span", [0.4, 1.0])
 def test_one_round_kernel_covers_the_share_of_its_circle(span):
-    _, _, _, hx, hy = still("car").truth[0]
+    _, _, _, hx, hy = histograms.still("car").truth[0]
     circle = np.pi * (span * min(hx, hy)) ** 2
     shown = numbers("teuliere2009.fig2", layout="one", span=span)
     assert shown["covered"] == pytest.approx(circle / (4 * hx * hy), abs=0.005)
+
+
+def test_the_nearest_pixels_make_the_picture_of_an_object():
+    y, x = np.mgrid[:40, :50]
+    frame = np.dstack([x, y, x]).astype(np.uint8)
+    cells = np.array([[[0.15, -0.15], [-0.15, 0.15]]])
+    picture = histograms._pulled_back(frame, np.array([20, 15, 0, 5, 5.0]), cells)
+    assert picture[0, :, :2].tolist() == [[21, 14], [19, 16]]
+
+
+def test_an_object_that_crosses_is_in_the_middle_when_the_frame_is_taken():
+    crossing = histograms._crossing("car", 0.8, 24.0, 0).sequence()
+    x, y = histograms.MIDDLE
+    assert crossing.truth[:, :2] == pytest.approx(np.array([[x - 24, y], [x, y]]))
+
+
+def test_every_seen_frame_counts_before_the_occlusion_or_after_it():
+    """A track that is off by as many pixels as the frame has for its number."""
+    regions = np.tile(BOX, (80, 1))
+    regions[:, 0] += np.arange(80)
+    position, _, _ = teuliere.before_and_after(regions, clip([1] * 80))
+    assert position.tolist() == [np.mean([1, 45]), np.mean([46, 79])]
 
 
 def test_hidden_frames_have_no_errors():
@@ -166,7 +187,23 @@ def test_the_car_s_velocity_is_seen_by_the_camera_of_the_frame_before():
         times=np.array([0, 0.2, 0.4]),
         poses=np.array([turned, upright, upright]),
     )
-    assert self_motion(run, surface=0.25) == pytest.approx([3, 0])
+    assert servoing.self_motion(run, surface=0.25) == pytest.approx([3, 0])
+
+
+def test_figure_11_looks_for_the_largest_error_in_the_second_after_the_reversal():
+    errors = np.zeros((85, 4))
+    errors[[36, 40, 43], 1] = 9, -2, 3  # 7.2, 8 and 8.6 s; the reversal is at 7.4
+    run = SimpleNamespace(times=0.2 * np.arange(85), errors=errors)
+    assert servoing.instants(run) == [20, 29, 40, 84]
+
+
+def test_the_axis_at_the_right_of_figure_10_has_its_pixels():
+    ax = new_figure((4, 3)).subplots()
+    ax.set_ylim(-1, 2)
+    servoing._add_pixels(ax, 50.0)
+    (right,) = ax.child_axes
+    ax.figure.canvas.draw()
+    assert right.get_ylim() == pytest.approx((-50, 100))
 
 
 # [N03]

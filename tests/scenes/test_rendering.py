@@ -123,6 +123,14 @@ def test_an_exposure_has_a_sub_frame_for_each_pixel_that_something_moves(
         assert rendering._subframes(scene) == [needed] * 2
 
 
+def test_an_exposure_has_a_sub_frame_for_each_pixel_that_the_ground_moves():
+    """A camera that comes closer moves the border of the image most, by 8.8 pixels."""
+    closer = ((0.0, 0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0, 0.0, 1.44))
+    target = Layer("cat", 20.0, standing(39.5, 29.5))
+    scene = Scene(target, length=2, size=(80, 60), camera=closer)
+    assert rendering._subframes(scene) == [9, 9]
+
+
 def _stopped(layer, time):
     """The layer standing still where it is at a time."""
     x, y, theta, hx, _ = regions(Scene(layer, length=1), layer, np.array([time]))[0]

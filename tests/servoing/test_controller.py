@@ -98,14 +98,15 @@ def test_a_lost_target_may_look_square_where_the_angle_is_alpha():
     np.testing.assert_array_equal(square[2].twist, given[2].twist)
 
 
-def test_a_lost_frame_keeps_twist_and_filter_until_patience_ends():
-    seen, state, command = lost_after(3, patience=2)
+@pytest.mark.parametrize("delay", [0, 2])
+def test_a_lost_frame_keeps_twist_and_filter_until_patience_ends(delay):
+    seen, state, command = lost_after(3, patience=2, delay=delay)
     assert not seen.held and not command.held and state.missed == 1
     np.testing.assert_array_equal(command.twist, seen.twist)
     np.testing.assert_array_equal(command.estimated, seen.estimated)
     assert seen.estimated.any() and np.isnan(command.measured).all()
     assert state.error is None and state.filter.any()
-    _, state, command = lost_after(3, patience=1)
+    _, state, command = lost_after(3, patience=1, delay=delay)
     assert command.held and not command.twist.any()
     assert not command.estimated.any() and not state.filter.any()
 

@@ -301,6 +301,15 @@ def test_frames_are_rendered_again_as_the_tracker_saw_them():
     assert np.ptp(light) > 0.01
 
 
+def test_every_frame_has_a_noise_of_its_own():
+    """Nothing moves, so that frames differ in nothing else."""
+    still = Experiment(Servo(gain=0, filter=OFF), path=STILL, frames=3)
+    run = close_loop(still)
+    one, two = (view(still, run, k).astype(float) for k in (1, 2))
+    expected = np.sqrt(2) * still.workspace.noise
+    assert np.std(one - two) == pytest.approx(expected, rel=0.05)
+
+
 @pytest.mark.parametrize("until_lost", [False, True])
 def test_a_start_that_does_not_see_the_target_is_refused(until_lost):
     with pytest.raises(ValueError, match="behind the camera"):

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from scipy.stats import norm
 
 from mkt.regions import corners, displaced
 from mkt.servoing.features import Camera, features, interaction_matrix
@@ -131,6 +132,14 @@ def test_the_noise_is_the_sensors_and_follows_from_its_seed():
     middle = (exact > 40) & (exact < 215)
     difference = first.astype(float)[middle] - other[middle]
     assert np.std(difference) == pytest.approx(4 * np.sqrt(2), rel=0.05)
+
+
+def test_the_noise_of_what_is_black_is_cut_off_at_black(monkeypatch):
+    """Half of it is below, and the half of a level above is rounded down."""
+    black = np.zeros((240, 320, 3), np.uint8)
+    monkeypatch.setattr(Workspace, "_instant", lambda *_: black)
+    dark = shot(replace(SHARP, noise=4.0), above(SHARP))
+    assert (dark == 0).mean() == pytest.approx(norm.cdf(0.5 / 4), abs=0.01)
 
 
 def test_the_hand_reverses_at_the_printed_frames():
