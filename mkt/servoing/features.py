@@ -153,6 +153,12 @@ def interaction_matrix(
     that of the similarity which fits the rectangle best, as a tracker finds it; that of
     alpha belongs to the second moments.
 
+    The rows of x_n, y_n and a_n are those of moments for either angle.  To turns about
+    x and y the similarity, see `mkt.servoing.robot.Workspace.truth`, answers otherwise:
+    for a rectangle of w by h the two entries of a_n are off by (w^2 - h^2) / (w^2 +
+    h^2) / 3 of their length, 15 % for the car, and those of x_n and y_n by less than
+    0.06 a_n wherever it is in an image of 320x240.
+
     Parameters
     ----------
     region : (5,) array_like [px, rad]

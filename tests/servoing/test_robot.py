@@ -77,18 +77,40 @@ def test_the_picture_shows_the_card_inside_its_outline(twist):
     assert overlap(corners(SHARP.truth(pose, CAR))) > 0.88
 
 
-@pytest.mark.parametrize("dx, dy, turn", [(-60, 40, 0.5), (50, -30, -1.9)])
-def test_the_row_of_theta_is_that_of_the_similarity_a_tracker_fits(dx, dy, turn):
+def formula_and_slopes(region):
+    """L (4, 6) of a region, and how the features of the true one change instead."""
     workspace, camera, step = Workspace(), Camera(), 1e-6
-    region = displaced(DESIRED, dx=dx, dy=dy, dtheta=turn)
     pose = workspace.facing(region, CAR)
 
-    def theta(twist, t):
-        return features(workspace.truth(move(pose, twist, t), CAR), camera)[3]
+    def seen(twist, t):
+        return features(workspace.truth(move(pose, twist, t), CAR), camera)
 
-    slopes = [(theta(v, step) - theta(v, -step)) / (2 * step) for v in np.eye(6)]
-    row = interaction_matrix(region, camera, workspace.surface)[3]
-    np.testing.assert_allclose(row, slopes, atol=1e-6)
+    slopes = [(seen(v, step) - seen(v, -step)) / (2 * step) for v in np.eye(6)]
+    return interaction_matrix(region, camera, workspace.surface), np.transpose(slopes)
+
+
+@pytest.mark.parametrize("dx, dy, turn", [(-60, 40, 0.5), (50, -30, -1.9)])
+def test_the_row_of_theta_is_that_of_the_similarity_a_tracker_fits(dx, dy, turn):
+    L, slopes = formula_and_slopes(displaced(DESIRED, dx=dx, dy=dy, dtheta=turn))
+    np.testing.assert_allclose(L[3], slopes[3], atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_rows_of_moments_are_so_far_off_what_a_tracker_fits(seed):
+    """As the docstring of L says; by no more than rounding in the other columns."""
+    rng = np.random.default_rng(seed)
+    size = rng.uniform(0.3, 1.2)
+    place = rng.uniform([0, 0, -np.pi], [319, 239, np.pi])
+    region = np.array([*place, *(size * DESIRED[3:])])
+    L, slopes = formula_and_slopes(region)
+    off, (w, h) = L - slopes, Workspace().sides
+    np.testing.assert_allclose(off[:, [0, 1, 2, 5]], 0, atol=1e-6)
+    share = (w * w - h * h) / (w * w + h * h) / 3
+    lengths = np.linalg.norm([off[2, 3:5], L[2, 3:5]], axis=1)
+    assert lengths[0] / lengths[1] == pytest.approx(share, rel=1e-4)
+    assert share == pytest.approx(0.15, abs=0.005)
+    a_n = features(region, Camera())[2]
+    assert 0.001 * a_n < np.abs(off[:2, 3:5]).max() < 0.06 * a_n
 
 
 @pytest.mark.parametrize(
