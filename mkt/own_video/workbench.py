@@ -24,6 +24,7 @@ from mkt.own_video.settings import Settings, settled
 from mkt.own_video.static import Finished
 from mkt.own_video.typed_box import first_box, region_of
 from mkt.sequences.truth_formats import video
+from mkt.sequences.video import ImageFolder
 from mkt.tracking import Sequence
 
 FOLDER = Path("tracked")  # where results go, beside the notebook
@@ -131,7 +132,7 @@ class Workbench(ipywidgets.VBox):
         self.state = READY
         height, width = clip.frames[0].shape[:2]
         self.report.clear(
-            f"{clip.source}: {len(clip)} frames of {width}x{height} px, "
+            f"{clip.source}: {len(clip)} frames of {width}x{height} px{_ends(clip)}, "
             f"{clip.fps:.4g} a second.  Draw a box round the target."
         )
 
@@ -181,6 +182,13 @@ class Workbench(ipywidgets.VBox):
         finally:
             if output.exists():  # also what a camera saw before it stopped
                 self.source.other.value = str(output)
+
+
+def _ends(clip: Sequence) -> str:
+    """The names of the first and the last image: their numbers tell if some lack."""
+    if not isinstance(clip.frames, ImageFolder):
+        return ""
+    return f", {clip.frames.files[0].name} to {clip.frames.files[-1].name}"
 
 
 def _button(name: str, icon: str, tooltip: str) -> ipywidgets.Button:

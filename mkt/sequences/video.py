@@ -229,7 +229,8 @@ class VideoFile(Frames):
 class ImageFolder(Frames):
     """The images in a folder (jpg, png, bmp, webp) in the natural order of their names.
 
-    2.png comes before 10.png.
+    2.png comes before 10.png.  Numbers that are missing are not noticed: 1.png, 2.png,
+    5.png and 10.png are four frames, one after the other.
 
     Parameters
     ----------

@@ -83,6 +83,15 @@ def test_a_video_in_the_folder_is_offered_and_shown(car):
     assert panel.picker.box == [0, 0, 0, 0, 0]  # none, before it is drawn
 
 
+def test_of_a_folder_the_first_and_the_last_image_are_named(place):
+    """So that who counts sees that some are missing."""
+    panel = Workbench()
+    for k in (2, 5, 10):
+        cv2.imwrite(str(place / f"f{k}.png"), films.black())
+    choose(panel, str(place))
+    assert "3 frames of 64x48 px, f2.png to f10.png, 25 a second" in note(panel)
+
+
 def test_a_video_that_came_later_is_found_by_the_round_arrow(place):
     panel = Workbench()
     before = panel.source.path
