@@ -1,6 +1,7 @@
 """The teaching figures show what the chapters say about them."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -294,6 +295,13 @@ def test_a_false_start_is_as_frequent_as_the_count_by_hand_says():
         assert (
             0.4 < numbers("own.chance", epsilon=10, particles=particles)["false"] < 0.5
         )
+
+
+def test_the_names_of_thin_lines_do_not_run_into_each_other():
+    fig, _ = FIGURES["own.chance"].draw(particles=400, epsilon=0.5, b=0.4)
+    labels = [text.get_window_extent() for text in fig.axes[1].texts]
+    assert len(labels) == 3
+    assert not any(a.overlaps(b) for a, b in combinations(labels, 2))
 
 
 def test_a_false_start_is_seen_at_the_end_of_the_slider_too():

@@ -128,6 +128,16 @@ def test_fig8_the_camera_goes_where_the_car_goes():
         assert not shown["lost"].any()
 
 
+def test_fig8_minus_signs_stand_apart_from_the_ticks():
+    fig, _ = FIGURES["teuliere2009.fig8"].draw(100)
+    fig.canvas.draw()
+    for tick in fig.axes[0].zaxis.get_major_ticks():
+        label, line = (
+            part.get_window_extent() for part in (tick.label1, tick.tick1line)
+        )
+        assert label.x0 - line.x1 > 3
+
+
 def test_the_tables_hold_what_is_drawn():
     run = loop_run(experiment())
     eight, nine, ten, eleven = (numbers(f"teuliere2009.fig{k}") for k in range(8, 12))
@@ -304,6 +314,14 @@ def test_the_root_locus_leaves_the_circle_where_theory_says():
 def test_the_root_locus_says_whether_the_loop_runs_away(given, verdict):
     fig, _ = FIGURES["own.root_locus"].draw(**given)
     assert fig.axes[0].get_title().endswith(f": {verdict}")
+
+
+def test_the_bar_of_the_root_locus_covers_no_pole():
+    fig, _ = FIGURES["own.root_locus"].draw()
+    left, right = fig.axes[:2]
+    (bar,) = left.child_axes
+    covered = bar.get_tightbbox()
+    assert not any(covered.overlaps(ax.get_window_extent()) for ax in (left, right))
 
 
 def test_a_sign_stands_before_what_is_not_rounded_to_zero():

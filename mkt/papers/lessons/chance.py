@@ -82,11 +82,13 @@ def chance(
         left.bar(limits[part], probability[part], 0.9 / particles, color=color)
     left.set(yscale="log", ylim=(LEAST, 1), xlabel="share of the samples that appear")
     left.set(ylabel="probability", title=f"a false start: {false:.2g} per frame")
-    for other in set(COMPARED) - {epsilon}:
+    for other, height in zip(COMPARED, (0.75, 0.6, 0.45), strict=True):
+        if other == epsilon:
+            continue
         none = (1 - false_start(particles, other / 100, limits)) ** WAIT
         right.step(limits, none, where="post", color="0.7", lw=1, zorder=1)
-        half = limits[np.argmax(none > 0.5)]
-        label = right.text(half - 0.004, 0.6, f"{other:g} %", color="0.4", ha="right")
+        there = limits[np.argmax(none > height)] - 0.004
+        label = right.text(there, height, f"{other:g} %", color="0.4", ha="right")
         # Over the thin lines, below the thick one and b.
         label.set(zorder=1.5, bbox={"fc": "white", "ec": "none", "pad": 0.5})
     waited = (1 - each) ** WAIT

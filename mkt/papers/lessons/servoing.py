@@ -327,7 +327,7 @@ def root_locus(
     radius = np.abs(chosen).max()
     times, velocity, error = answer(loop)
 
-    left = fig.add_axes((0.07, 0.12, 0.38, 0.8))
+    left = fig.add_axes((0.065, 0.12, 0.38, 0.8))
     _draw_poles(left, gains, poles, chosen)
     _say_outside(left, chosen)
     beyond = radius - 1
@@ -335,7 +335,7 @@ def root_locus(
     if abs(beyond) < ROUNDING:
         verdict = "at the limit"
     left.set_title(f"largest pole {radius:.2f}: {verdict}")
-    right = fig.add_axes((0.53, 0.12, 0.45, 0.8))
+    right = fig.add_axes((0.545, 0.12, 0.435, 0.8))
     _draw_answer(right, times, velocity, error, bool(radius < 1))
     table = _pole_table(np.append(gains, gain), np.vstack([poles, chosen]))
     radii = np.abs(poles).max(1)
@@ -402,9 +402,9 @@ def _draw_poles(ax: Axes, gains: Array, poles: Poles, chosen: Poles) -> None:
     ax.axvline(0, color="0.8", lw=0.8, zorder=0)
     brightness = np.broadcast_to(gains[:, None], poles.shape)
     dots = ax.scatter(poles.real, poles.imag, c=brightness, s=9, cmap=SURFACE)
-    bar = ax.inset_axes((0.04, 0.12, 0.25, 0.035))
-    ax.figure.colorbar(dots, cax=bar, orientation="horizontal", ticks=[0, 10])
-    bar.set_title("gain [1/s]", fontsize=9, pad=3)
+    bar = ax.inset_axes((1.03, 0.25, 0.03, 0.5))  # beside it: poles can be anywhere
+    ax.figure.colorbar(dots, cax=bar, ticks=[0, 10])
+    bar.set_title("gain\n[1/s]", fontsize=9, pad=5)
     ax.plot(chosen.real, chosen.imag, "x", color=MOVED, ms=9, mew=2.2)
     ax.set(xlim=(-REAL, REAL), ylim=(-IMAGINARY, IMAGINARY), aspect="equal")
     ax.set(xlabel="real part", ylabel="imaginary part")

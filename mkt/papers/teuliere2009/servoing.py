@@ -242,7 +242,8 @@ def _fit_table(ax: Any, places: Array) -> None:
     x, y = middle[:, None] + np.array([[-half, half], [half, -half]])
     ax.set(xlim=x, ylim=y, zlim=(0, -1.0))
     ax.set(xlabel="X [m]", ylabel="Y [m]", zlabel="Z [m]")
-    ax.zaxis.labelpad = 9  # clear of the ticks
+    ax.zaxis.set_tick_params(pad=6)  # clear of the ticks, which look like minus signs
+    ax.zaxis.labelpad = 12
     ax.locator_params(nbins=4)
     ax.set_box_aspect((2 * half, 2 * half, 1.0), zoom=0.88)
     ax.view_init(22, -35)
