@@ -25,7 +25,8 @@ function kernel(model) {
       return () => model.off("change:moved", again);
     },
     keep(_key, _words, values) {
-      model.set("moved", values);
+      // Values of its own: a model hears of no change inside an object that it has.
+      model.set("moved", { ...values });
       model.save_changes();
     },
     link: null,
