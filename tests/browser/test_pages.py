@@ -228,6 +228,24 @@ def test_on_paper_nothing_lies_over_the_text(site, browser):
     opened.page.close()
 
 
+PAPER = {"width": 718, "height": 1000}  # [px] of A4 between its margins
+# What ends right of the paper [px], and what nobody can press there.
+CUT = """() => [...document.querySelectorAll("article :is(img, table, pre)")]
+  .filter((each) => each.checkVisibility())
+  .map((each) => each.getBoundingClientRect().left + each.scrollWidth)
+  .filter((right) => right > innerWidth)"""
+PRESSED = ".mkt-more, .mkt-swipe, .mkt-copy, .mkt-panel button"
+
+
+@pytest.mark.parametrize("name", ["leaderboard", "claims", *CHAPTERS])
+def test_on_paper_nothing_is_cut(site, browser, name):
+    opened = Opened(browser, PAPER).go(site / f"{name}.html")
+    opened.page.emulate_media(media="print")
+    assert opened.page.evaluate(CUT) == []
+    assert opened.page.locator(PRESSED).filter(visible=True).count() == 0
+    opened.page.close()
+
+
 def test_the_page_lacks_nothing_and_asks_nothing_of_a_network(opened):
     assert opened.troubles == []
 
