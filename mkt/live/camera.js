@@ -62,7 +62,11 @@ class Tracking {
       class: "mkt-hidden",
       tabindex: -1,
       "aria-label": "a video file",
-      onchange: () => this.open(this.picker.files[0]),
+      onchange: () => {
+        const [file] = this.picker.files;
+        this.picker.value = ""; // or the same file again would be no change
+        this.open(file);
+      },
     });
     this.controls = new Controls("own.track", FIELDS, () => {});
     this.stage = new Canvas("The picture: draw a box round something", 0.75, (...pen) =>
@@ -209,14 +213,17 @@ class Tracking {
   async play() {
     await this.video.play();
     const { videoWidth, videoHeight } = this.video;
+    if (!videoWidth) throw new Error("nothing to see");
     const scale = Math.min(LARGEST / Math.max(videoWidth, videoHeight), 1);
     const size = {
-      width: Math.round(videoWidth * scale),
-      height: Math.round(videoHeight * scale),
+      width: Math.max(Math.round(videoWidth * scale), 1),
+      height: Math.max(Math.round(videoHeight * scale), 1),
     };
     this.small = el("canvas", size);
     this.pen = this.small.getContext("2d", { willReadFrequently: true });
     this.stage.ratio = size.height / size.width;
+    // Not higher than the screen, where a finger on it draws.
+    this.stage.node.style.maxWidth = `${80 / this.stage.ratio}vh`;
     this.box = null;
     this.choose();
     this.next();
@@ -272,6 +279,7 @@ class Tracking {
     this.found = null;
     this.history = [];
     this.numbers.textContent = "";
+    this.stage.node.classList.toggle("mkt-drag", !!this.small);
     for (const canvas of this.curves) canvas.redraw();
     this.tell("Draw a box round something, then track it.");
   }

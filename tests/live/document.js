@@ -12,7 +12,11 @@ class Element extends EventTarget {
       clientWidth: 0,
     });
     const names = new Set();
-    this.classList = { add: (name) => names.add(name) };
+    this.classList = {
+      add: (name) => names.add(name),
+      contains: (name) => names.has(name),
+      toggle: (name, on) => (on ? names.add(name) : names.delete(name)),
+    };
   }
   setAttribute(name, value) {
     this.attributes[name] = value;

@@ -56,6 +56,31 @@ Object.assign(page, { small: {}, box: [16, 12, 0, 5, 5], tracking: true });
 return [done.sort(), page.small, page.box, page.tracking];
 """
 
+# A film of a given size, chosen: the picture that is tracked, and if a finger draws.
+CHOSEN = """
+const { camera, host } = live;
+Object.assign(host, { heard() {}, keep() {}, asked: () => null });
+const place = document.createElement("div");
+place.replaceChildren = (...nodes) => place.append(...nodes);
+const page = camera(place, { postMessage() {} });
+const opened = [];
+const draws = () => page.stage.node.classList.contains("mkt-drag");
+const before = draws();
+document.createElement("canvas").constructor.prototype.getContext = () => ({});
+page.video = {
+  videoWidth: data.width, videoHeight: data.height,
+  play() {}, pause() {}, requestVideoFrameCallback() {},
+};
+page.clip = (why) => opened.push(why);
+Object.defineProperty(page.picker, "files", { value: [new Blob()] });
+Object.defineProperty(page.picker, "value", { value: "film.webm", writable: true });
+page.picker.dispatchEvent(new Event("change"));
+await new Promise((next) => setTimeout(next, 20));
+const side = (name) => (page.small.width ? page.small : page.small.attributes)[name];
+const size = page.small && ["width", "height"].map(side);
+return [opened, size, page.picker.value, before, draws()];
+"""
+
 
 page = fixture_of(DOCUMENT + joined("camera") + EXPORTS)
 
@@ -74,3 +99,17 @@ def test_the_likelihood_is_that_of_the_lambda_that_is_set(page, strength, likeli
 
 def test_stop_switches_the_camera_off_and_leaves_no_picture(page):
     assert page(STOPPED) == [["camera off", "clip paused"], None, None, False]
+
+
+def chosen(page, width, height):
+    body = f"return (async () => {{ {CHOSEN} }})();"
+    return page(body, width=width, height=height)
+
+
+def test_a_film_without_a_picture_leads_to_the_clip(page):
+    [words], small, *_ = chosen(page, 0, 0)
+    assert "cannot play that file" in words and small is None
+
+
+def test_a_flat_film_has_a_picture_and_can_be_chosen_again(page):
+    assert chosen(page, 1600, 2) == [[], [320, 1], "", False, True]
