@@ -26,13 +26,22 @@ function begin(panel, file) {
   new IntersectionObserver(start, { rootMargin: "800px" }).observe(panel);
 }
 
+// A link with settings leads to its figure, which those above it push down as they come
+// to live, until a hand moves something.
+function lead(panel) {
+  const watch = new ResizeObserver(() => panel.scrollIntoView({ behavior: "instant" }));
+  const end = () => watch.disconnect();
+  watch.observe(document.body);
+  for (const hand of ["wheel", "keydown", "pointerdown"]) addEventListener(hand, end);
+  setTimeout(end, 5000);
+}
+
 document.addEventListener("DOMContentLoaded", () => {
   const panels = found();
   panels.forEach(begin);
-  // A link with settings leads to its figure.
   const [key] = location.hash.slice(1).split("?");
   for (const [file, panel] of panels)
-    if (file.endsWith(`.${key}`)) panel.scrollIntoView();
+    if (file.endsWith(`.${key}`)) lead(panel);
   const place = document.querySelector("[data-live=track]");
   if (place) camera(place, worker());
 });
