@@ -191,13 +191,16 @@ class Beats {
 
   // The film
 
-  // So many beats on, where the film has them; whether it has.
+  // So many beats on, where the film has them; whether more follow.
   turn(step, quick = false) {
     const { frame, beat } = this.controls.values;
     const at = 4 * (frame - 1) + BEATS.indexOf(beat) + step;
-    if (at < 0 || at >= 4 * this.fields.frame.high) return false;
-    this.controls.set({ frame: 1 + Math.floor(at / 4), beat: BEATS[at % 4] }, quick);
-    return true;
+    const length = 4 * this.fields.frame.high;
+    // What plays begins anew at its end.
+    const to = quick ? at % length : at;
+    if (to < 0 || to >= length) return;
+    this.controls.set({ frame: 1 + Math.floor(to / 4), beat: BEATS[to % 4] }, quick);
+    return to < length - 1;
   }
 
   // The pictures
