@@ -24,7 +24,7 @@ export const host = {
   asked(key, again) {
     const [mine, words = ""] = location.hash.split("?");
     if (mine === `#${key}`) return words;
-    const moved = again && (history.state?.moved ?? (location.hash ? null : {}));
+    const { moved = again && !location.hash && {} } = history.state ?? {};
     return moved ? (moved[key] ?? "") : null;
   },
   // Call `again` when it asks for something else, until what is returned is called.

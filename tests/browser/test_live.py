@@ -320,6 +320,17 @@ def test_a_run_behind_the_wall_is_played_to_its_end_and_anew(opened):
     panel.get_by_role("button", name="pause").click()
 
 
+def test_a_film_of_beats_is_played_to_its_end_and_anew(opened):
+    address = "#beats?frame=59&beat=3%20estimate&pace=20"
+    panel = ready(opened(BEATS, address), "Frame 59", place=1)
+    play = panel.get_by_role("button", name="play")
+    play.click()
+    panel.get_by_text("Frame 59 of 59, 4 draw").wait_for()
+    play.click()
+    panel.get_by_text(re.compile(r"Frame [1-6] of 59")).wait_for()
+    panel.get_by_role("button", name="pause").click()
+
+
 def test_a_wall_is_moved_in_by_mouse_and_by_keys_and_the_past_stays(opened):
     page = opened(BEATS, "#beats?frame=18")
     panel = ready(page, "Frame 18", place=1)
@@ -700,6 +711,34 @@ def test_back_to_the_page_as_it_came_shows_its_figures_so(opened):
     page.wait_for_function("input => input.value === '0.2'", arg=limit.element_handle())
 
 
+def test_loaded_anew_all_figures_of_a_page_are_as_they_were(opened):
+    page = opened(HISTOGRAMS)
+    moved = []
+    for place in (0, 1):
+        slider = ready(page, ".", place).locator("input[type=range]").first
+        begun, address = slider.input_value(), page.url
+        slider.press("ArrowLeft")
+        page.wait_for_url(lambda now, before=address: now != before)
+        moved.append(slider.input_value())
+        assert moved[-1] != begun
+    page.reload()
+    for place, value in enumerate(moved):
+        slider = ready(page, ".", place).locator("input[type=range]").first
+        assert slider.input_value() == value
+
+
+@pytest.mark.parametrize(
+    "name, address, place",
+    [(BEATS, "#beats?frame=18", 1), (HISTOGRAMS, "#fig2?bins=rgb", 1)],
+)
+def test_a_link_leads_a_telephone_to_its_figure(opened, name, address, place):
+    page = opened(name, address, {"width": 390, "height": 844})
+    panel = page.locator(".mkt-soon").nth(place)
+    panel.locator("canvas").first.wait_for()
+    page.wait_for_timeout(1500)
+    assert 40 <= panel.bounding_box()["y"] <= 100
+
+
 def test_back_shows_the_other_figures_of_a_page_as_they_were(opened):
     page = opened(HISTOGRAMS)
     panels = [ready(page, ".", place) for place in (0, 1)]
@@ -1000,6 +1039,15 @@ def test_a_box_is_drawn_with_keys_alone(opened):
         assert sign * (box_on(stage)[side] - before[side]) > 5
     stage.press("Enter")
     page.get_by_text("frames per second").wait_for()
+
+
+def test_the_picture_is_not_higher_than_a_telephone_held_sideways(opened):
+    page = opened(TRACK, size={"width": 844, "height": 390})
+    page.get_by_role("button", name="Play the book's clip").click()
+    page.get_by_text("A box is drawn already").wait_for()
+    stage = page.locator("canvas").first.bounding_box()
+    assert stage["height"] <= 0.8 * 390 + 1
+    assert stage["width"] / stage["height"] == pytest.approx(176 / 144, abs=0.02)
 
 
 def box_on(canvas):
