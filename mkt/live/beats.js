@@ -327,7 +327,7 @@ class Beats {
       x: [middle - REACH, middle + REACH],
       y: [0, 1.1],
       xlabel: "x [px]",
-      ylabel: STICKS[beat] + (beat ? "; likelihood of every place (grey)" : ""),
+      ylabel: STICKS[beat] + (beat ? "; likelihood (grey)" : ""),
     };
     const { across, down } = axes(pen, box, limits);
     pen.save();

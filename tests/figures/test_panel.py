@@ -207,6 +207,12 @@ def test_two_panels_do_not_move_each_other():
     assert other._image.value == before
 
 
+def test_a_panel_of_a_page_says_that_its_controls_need_javascript(static):
+    page = explore("toy.line")._repr_html_()
+    [told] = re.findall(r"<noscript>(.*?)</noscript>", page, re.DOTALL)
+    assert "controls here work where JavaScript is on" in told
+
+
 @pytest.mark.parametrize("mode", ["0", "1"])
 def test_fixed_parameters_keep_their_value_and_have_no_slider(mode, monkeypatch):
     monkeypatch.setenv("MKT_STATIC", mode)
