@@ -310,24 +310,36 @@ def test_lambda_particles_and_scheme_are_free_while_it_runs(opened):
     assert re.search(r"N_eff [\d.]+ of 200", panel.inner_text())
 
 
-def test_a_run_behind_the_wall_is_played_to_its_end_and_anew(opened):
-    panel = ready(opened(COMBINED, "#fig6?frame=76"), "Frame 76 of 79")
+@pytest.mark.parametrize(
+    "chapter, address, place, near, last, anew",
+    [
+        (
+            COMBINED,
+            "#fig6?frame=76",
+            0,
+            "Frame 76 of 79",
+            "Frame 79 of 79",
+            "[1-6]?\\d",
+        ),
+        (
+            BEATS,
+            "#beats?frame=59&beat=3%20estimate&pace=20",
+            1,
+            "Frame 59",
+            "Frame 59 of 59, 4 draw",
+            "[1-6]",
+        ),
+    ],
+)
+def test_a_film_is_played_to_its_end_and_anew(
+    opened, chapter, address, place, near, last, anew
+):
+    panel = ready(opened(chapter, address), near, place=place)
     play = panel.get_by_role("button", name="play")
     play.click()
-    panel.get_by_text("Frame 79 of 79").wait_for()
+    panel.get_by_text(last).wait_for()
     play.click()
-    panel.get_by_text(re.compile(r"Frame [1-6]?\d of 79")).wait_for()
-    panel.get_by_role("button", name="pause").click()
-
-
-def test_a_film_of_beats_is_played_to_its_end_and_anew(opened):
-    address = "#beats?frame=59&beat=3%20estimate&pace=20"
-    panel = ready(opened(BEATS, address), "Frame 59", place=1)
-    play = panel.get_by_role("button", name="play")
-    play.click()
-    panel.get_by_text("Frame 59 of 59, 4 draw").wait_for()
-    play.click()
-    panel.get_by_text(re.compile(r"Frame [1-6] of 59")).wait_for()
+    panel.get_by_text(re.compile(rf"Frame {anew} of \d\d")).wait_for()
     panel.get_by_role("button", name="pause").click()
 
 
