@@ -34,22 +34,31 @@ HEAD = (
 
 def legend(places: list[Place]) -> str:
     """What the columns of the first table mean."""
-    pairs, single, together = told_apart(places)
     words = f"""\
 *overlap*: mean over the seen frames, then over runs and sequences; *95 %*: its interval
 (Student's t) over cases, which are sequences, or the seeds of drawn scenes, each with
 a scene of every kind; unknown for one case alone.  *place*: from the first to the last
 that a tracker may have; a paired t-test between cases ({100 * LEVEL:g} % on one side)
 compares it with each rival, and two that it cannot tell apart may stand either way
-round.  The only first one is ahead of each rival.  Each test is made as if it were the
-only one: {single} of {pairs} pairs are told apart, and {together} after Holm's
-correction over all pairs; where that is fewer, the places are not sure all together.
+round.  Who is alone in the first place is ahead of each rival.  {_pairs(places)}
 *behind the first*: the mean difference over the same cases, with its interval.
 *true positives*: seen frames with an overlap above .2; *of all frames*: the same out
 of all frames, hidden ones too (as the fractions of [C14] are).  *area*: under the
 success curve, as in OTB.  *lost*: runs without a hit in their last ten frames.  *CPU
 ms*: for each frame, median over the runs."""
     return textwrap.fill(words, WIDTH)
+
+
+def _pairs(places: list[Place]) -> str:
+    """How many tests the places rest on, and what is left of them together."""
+    pairs, single, together = told_apart(places)
+    if not pairs:
+        return ""
+    return (
+        f"Each test is made as if it were the only one: {single} of {pairs} pairs are "
+        f"told apart, and {together} after Holm's correction over all pairs; where "
+        "that is fewer, the places are not sure all together."
+    )
 
 
 def overall(places: list[Place]) -> list[list[str]]:

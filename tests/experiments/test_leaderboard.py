@@ -504,6 +504,11 @@ def test_the_legend_counts_the_pairs_that_so_many_tests_tell_apart():
     assert "2 of 3 pairs are told apart, and 0 after Holm's correction" in said
 
 
+def test_of_one_tracker_alone_no_pairs_are_counted():
+    rows = [row("ssd", source, 0, 0.5) for source in "ab"]
+    assert "pairs" not in legend(ranking(board(*rows)))
+
+
 def test_each_board_of_the_page_has_its_own_legend():
     page = pages.leaderboard(leaderboard.shipped()).replace("\n", " ")
     counted = re.findall(r"(\d+) of 78 pairs are told apart, and (\d+) after", page)

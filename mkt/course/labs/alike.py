@@ -65,6 +65,7 @@ class _Bare(ast.NodeTransformer):
     """Takes away what does nothing: docstrings, other constants, and `pass`."""
 
     def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:
+        """Leave what is more than a constant."""
         return None if isinstance(node.value, ast.Constant) else node
 
     def visit_Pass(self, node: ast.Pass) -> None:
