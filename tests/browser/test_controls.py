@@ -13,6 +13,11 @@ pytestmark = pytest.mark.slow
 CELLS = (
     "import mkt\nmkt.explore('own.newton', layout='3x3')",
     "panel = mkt.workbench()\npanel.source.listed.value = 'car.mkv'\npanel",
+    # An echo from Python would make a new object of what the browser has changed.
+    "from ipywidgets.widgets import widget\nwidget.JUPYTER_WIDGETS_ECHO = False\n"
+    "live = mkt.explore('own.root_locus')\n"
+    "note = lambda change: open('told.txt', 'a').write(f'{live.values[\"gain\"]} ')\n"
+    "live.observe(note, 'moved')\nlive",
 )
 CANVAS = ".mkt-box-canvas"
 
@@ -29,6 +34,7 @@ def opened(browser, tmp_path_factory, pictures):
         page = browser.new_page(viewport={"width": 1400, "height": 2200})
         notebook = jupyterlab.Notebook(page, address, folder / "controls.ipynb")
         notebook.run_all(120)
+        notebook.folder = folder
         yield notebook
         page.screenshot(path=pictures / "jupyterlab-controls.png")
         notebook.close()
@@ -40,7 +46,7 @@ def opened(browser, tmp_path_factory, pictures):
 def test_a_number_typed_beside_a_slider_counts_at_the_nearest_step(
     opened, name, typed, shown
 ):
-    [figure] = opened.figures()
+    figure, _ = opened.figures()
     control = {one.name: one for one in jupyterlab.controls(figure)}[title(name)]
     before = control.picture()
     number = control._box.locator(".widget-readout")
@@ -53,6 +59,15 @@ def test_a_number_typed_beside_a_slider_counts_at_the_nearest_step(
     assert control.position() == float(shown)
     label = control._box.locator("label")
     assert label.get_attribute("title") == WORDS[name]
+
+
+def test_python_is_told_every_move_of_a_live_figure(opened):
+    number = opened.page.get_by_label("gain [1/s], as a number")
+    for gain in ("3", "2"):
+        number.fill(gain)
+        number.press("Enter")
+        opened.page.wait_for_timeout(500)
+    assert (opened.folder / "told.txt").read_text().split() == ["3.0", "2.0"]
 
 
 def drag(page, start, end, shift=False):
