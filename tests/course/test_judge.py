@@ -19,6 +19,8 @@ from mkt.course.labs.variants import LONGEST, written_name
 from mkt.files import ROOT
 from tests.course.toy_lab import GOOD, answer
 
+pytestmark = pytest.mark.slow
+
 Point = namedtuple("Point", "x y")
 ADD = Cell("add", "def add(a, b):\n    return a + b")
 

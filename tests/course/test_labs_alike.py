@@ -14,6 +14,8 @@ from mkt.course.labs.submissions import Submission, coincidences
 from mkt.files import ROOT
 from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
 
+pytestmark = pytest.mark.slow
+
 WHY = "A kernel is one number for each place, and says nothing of turns."
 CODE = {
     "add": "def add(a, b):\n    return b + a",

@@ -13,6 +13,8 @@ from mkt.course.labs.notebooks import headings, of_role, released
 from mkt.course.labs.student import CELLS, DIED, ENDS, OVER, Cell
 from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
 
+pytestmark = pytest.mark.slow
+
 
 def test_release_writes_the_students_version_and_never_over_the_solutions(toy, capsys):
     assert not cli.run(cli.parse(["labs", "release", "-o", str(toy / "handout")]))
@@ -55,7 +57,6 @@ def test_an_answer_above_its_place_or_in_a_cell_of_ones_own_is_one(toy, capsys):
         assert f"  ? of 3  why: {words}" in capsys.readouterr().out.splitlines()
 
 
-@pytest.mark.slow
 def test_what_was_deleted_or_edited_counts_as_we_wrote_it_as_where_it_is_graded(
     toy, capsys
 ):
@@ -73,7 +74,6 @@ def test_what_was_deleted_or_edited_counts_as_we_wrote_it_as_where_it_is_graded(
     assert graded(toy / "in", toy / "grades.csv")["ada"]["points"] == "1"
 
 
-@pytest.mark.slow
 def test_the_cells_of_a_solution_and_of_an_answer_that_are_gone_are_named(toy, capsys):
     hand_in(toy / "mine.ipynb", answer(**GOOD | {"six": None, "why": None}))
     assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1
@@ -89,7 +89,6 @@ def test_where_a_lab_has_no_original_its_checks_count_as_they_are(toy, capsys):
     assert checking.UNKNOWN in capsys.readouterr().out.splitlines()
 
 
-@pytest.mark.slow
 def test_check_names_the_first_cell_that_stops_by_the_heading_above_it_and_no_cell_that_only_follows(  # noqa: E501
     toy, capsys
 ):
@@ -102,7 +101,6 @@ def test_check_names_the_first_cell_that_stops_by_the_heading_above_it_and_no_ce
     assert fault.startswith('under "1. Add": stops with SyntaxError')
 
 
-@pytest.mark.slow
 def test_commands_of_notebooks_and_a_mark_of_the_editor_cost_nothing(toy, capsys):
     mine = answer(**GOOD | {"add": "%matplotlib inline\n" + GOOD["add"]})
     hand_in(toy / "mine.ipynb", mine)
@@ -112,7 +110,6 @@ def test_commands_of_notebooks_and_a_mark_of_the_editor_cost_nothing(toy, capsys
     assert "  2 of 2  check_add" in capsys.readouterr().out
 
 
-@pytest.mark.slow
 def test_a_command_that_is_not_known_is_named(toy, capsys):
     mine = answer(**GOOD | {"add": "%nosuch\n" + GOOD["add"]})
     hand_in(toy / "mine.ipynb", mine)
@@ -129,7 +126,6 @@ def six():
     return 5 + one()"""
 
 
-@pytest.mark.slow
 def test_what_is_tried_further_down_takes_no_points_away(toy, capsys):
     """Each check has the functions, and all that they use, as they are where it is."""
     mine = answer(**GOOD | {"six": FURTHER.replace("return 6", "return 1")})
@@ -204,7 +200,6 @@ def test_a_cell_is_found_by_the_bare_heading_above_it_or_else_by_its_name():
     ]
 
 
-@pytest.mark.slow
 def test_check_finds_a_lab_of_the_handout_by_its_name_and_says_where_it_looked_for_others(  # noqa: E501
     toy, monkeypatch
 ):

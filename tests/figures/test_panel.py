@@ -113,6 +113,7 @@ def test_a_control_is_called_by_a_word_or_a_symbol_and_not_by_a_name_of_code():
     assert explore("own.two_cameras")._controls["k"].description == "frame"
 
 
+@pytest.mark.slow  # for its picture alone
 def test_a_symbol_beside_a_slider_is_set_as_one():
     control = explore("cordoba2014.fig1")._controls["n_lim"]
     assert control.description == "N<sub>lim</sub>" and control.description_allow_html

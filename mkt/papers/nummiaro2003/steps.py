@@ -120,9 +120,10 @@ def fig1(fig: Figure) -> Shown:
 
     At the left the steps of the printed box, at the right our source, read from the
     installed files when the figure is drawn, without its docstrings; in grey the module
-    of each function.  One thing differs from the box: the weights are made to sum to 1
+    of each function.  What differs from the box: the weights are made to sum to 1
     before the mean is taken, which the box does not say and (1) needs; the factor in
-    front of (10) drops out.
+    front of (10) drops out.  And a draw that is exactly a cumulative weight takes the
+    next sample, so that one of weight 0 is never drawn.
     """
     bottom = 1 - 0.35 / fig.get_figheight()
     fig.text(0.01, bottom, "the box of Figure 1", fontweight="bold")
@@ -356,7 +357,8 @@ def fig3(
     over the background, with the mean, the limit of (15) that is two spreads above it,
     and the coefficient at the true place while the student is in view.  The print waits
     for a head at doors and image borders, and promises 95 % of the background below the
-    limit; the figure says what it is here.
+    limit; the figure says what it is here.  The page draws samples of its own: for the
+    same seed its counts are not quite those of Python.
     """
     scene = students(0)
     clip = runs.clip(scene)
