@@ -151,7 +151,7 @@ class Adaptive:
     sigma: float = 0.1  # ours: the paper prints none
     motion: EllipseMotion = EllipseMotion()
     alpha: float = 0.1  # ours: the paper prints none
-    # Ours: the noise of 512 bins alone costs .03 to .05, and more where the target is small.
+    # Ours: noise in 512 bins alone costs .03 to .05, more where the target is small.
     rho_min: float = 0.8
     b: float = 0.1  # printed, Section 6
     patience: int = 5  # ours: "a couple of frames"

@@ -81,6 +81,7 @@ def test_what_makes_sense_before_a_slider_begins_is_taken(name, parameter, value
 
 BEYOND = {
     "own.beats": {"frame": 60},
+    "own.run": {"frame": 80},
     "own.learnt_motion": {"k": 59},
     "own.priors": {"covered": 1.1},
     "own.resampling": {"n": 13},

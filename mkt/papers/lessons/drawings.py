@@ -44,7 +44,7 @@ def newton_on_kernels(fig: Figure) -> None:
     left, right = fig.subplots(1, 2, gridspec_kw={"bottom": 0.16, "wspace": 0.12})
     x = np.linspace(-3.2, 5.2, 400)
     left.plot(x, _two_bowls(x), color=TRUTH, lw=1.5)
-    for start, color in ((0.78, CURRENT), (3.42, DESIRED)):
+    for start, color in ((0.55, CURRENT), (3.42, DESIRED)):
         value = _two_bowls(start)
         slope, bend = _slopes(start)
         end = start - slope / bend

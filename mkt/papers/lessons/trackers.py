@@ -310,12 +310,13 @@ def _draw_scatter(ax: Axes, scatter: Mapping[str, float], scheme: str) -> None:
 
 
 OUTLINED = 30  # particles; more would be slow to draw and hide the frame
+LAST = 79  # frame of the longer scene
 
 
 @figure(
     "own.run",
     size=(10, 6.6),
-    frame=(1, 79, 1),
+    frame=(1, LAST, 1),
     tracker=[*TRACKERS, "guided"],
     particles=[25, 75, 250],
     scene=["hidden", "fast"],
@@ -342,6 +343,7 @@ def run(
     particles), in "pf-500" and "pf-75" particles; the slider for particles concerns
     "pf-75" and "combined" alone.
     """
+    at_most(LAST, frame=frame)
     source = SCENES[scene](seed)
     clip = runs.clip(source)
     looked_into = ("particles", "weights")
