@@ -78,9 +78,44 @@ def angles(places: Array) -> Array:
     """The orientations (N,) [rad] of `as_places`, at the middle of each."""
     if places.ndim == 2:
         return places[:, THETA]
-    slopes = slope_at_middle(places)
-    across = slopes[:, 1, 0] - slopes[:, 0, 1]
-    return np.arctan2(across, slopes[:, 0, 0] + slopes[:, 1, 1])
+    return np.arctan2(*_turn(slope_at_middle(places)))
+
+
+def turning(homography: Array, half_sides: Array, k: int) -> Array:
+    """Derivatives of `angles` by the first k parameters of `moved`, at a homography.
+
+    Not theta alone turns what is seen: so does shear, where the object is no square,
+    and a shift, where it is seen in perspective.
+
+    Parameters
+    ----------
+    homography : (3, 3) array
+    half_sides : (2,) array
+        Of the object in its plane.
+    k : int
+
+    Returns
+    -------
+    (k,) array [rad]
+    """
+    stretch = np.array([*half_sides, 1.0])
+    h = homography / homography[2, 2]
+    change = h @ (GENERATORS[:k] * stretch / stretch[:, None])
+    change = change - h * change[:, 2:, 2:]  # the last element stays 1
+    by = (
+        change[:, :2, :2]
+        - change[:, :2, 2:] * h[2:, :2]
+        - h[:2, 2:] * change[:, 2:, :2]
+    )
+    across, along = _turn(slope_at_middle(h))
+    sideways, ahead = _turn(by)
+    return (along * sideways - across * ahead) / (across**2 + along**2)
+
+
+def _turn(slopes: Array) -> tuple[Array, Array]:
+    """Sine and cosine of the turn in derivatives (..., 2, 2), times a common factor."""
+    sine = slopes[..., 1, 0] - slopes[..., 0, 1]
+    return sine, slopes[..., 0, 0] + slopes[..., 1, 1]
 
 
 def of_regions(regions: ArrayLike) -> Array:

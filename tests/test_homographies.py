@@ -61,6 +61,21 @@ def test_flow_is_the_derivative_of_the_motion_and_divergence_that_of_the_flow(k)
     assert np.allclose(trace, divergence[k], atol=1e-8)
 
 
+@given(STEPS)
+def test_shear_and_shifts_turn_what_is_seen_and_not_theta_alone(step):
+    here = homographies.moved(FACING, step, SIDES)
+    h = 1e-5
+    by = h * np.eye(8)
+    ahead, behind = (
+        homographies.angles(homographies.moved(here, x, SIDES)) for x in (by, -by)
+    )
+    wanted = np.sin(ahead - behind) / (2 * h)  # across -pi, too
+    found = homographies.turning(here, SIDES, 8)
+    assert np.allclose(found, wanted, atol=1e-4 * max(1, np.abs(wanted).max()))
+    similar = homographies.turning(FACING, SIDES, 4)
+    assert np.allclose(similar, [0, 0, 1, 0], atol=1e-12)
+
+
 @given(strategies.regions())
 def test_a_region_and_its_homography_see_the_same(region):
     seen = homographies.of_regions(region)

@@ -30,7 +30,7 @@ from mkt.histograms import (
     sample,
     turned_once,
 )
-from mkt.homographies import angles
+from mkt.homographies import angles, turning
 from mkt.kernels import Kernels
 from mkt.regions import THETA, wrap_angle
 from mkt.types import Array, NDArray, Region
@@ -131,7 +131,7 @@ def _counts(target: Target, image: BinImage, region: Region, columns: Array) -> 
 
     Each bin is multiplied by its share, and directions are counted from the region's
     own axis.  Because they turn with the region, the derivative by theta has a further
-    term.
+    term, and so has that by whatever else turns a homography.
     """
     counts = count(target, sample(image, target.kernels, region), columns)
     if image.shares is not None:
@@ -139,8 +139,13 @@ def _counts(target: Target, image: BinImage, region: Region, columns: Array) -> 
     for first, n in image.compasses:
         theta = float(angles(region[None])[0])
         slope = turned_once(counts, theta, (first, n))
-        if columns.shape[1] > 1:
+        if columns.shape[1] == 1:
+            continue
+        if region.ndim == 1:
             counts[:, first : first + n, 1 + THETA] += slope[..., 0]
+        else:
+            turns = turning(region, target.kernels.half_sides, columns.shape[1] - 1)
+            counts[:, first : first + n, 1:] += slope[..., :1] * turns
     return counts
 
 

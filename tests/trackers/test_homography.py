@@ -5,8 +5,15 @@ import pytest
 
 from mkt.colors import ColorBins, Joined
 from mkt.edges import EdgeBins
-from mkt.histograms import distance, learn
-from mkt.homographies import corner_error, moved, of_regions, through
+from mkt.histograms import distance, learn, sample, turned
+from mkt.homographies import (
+    PARAMETERS,
+    angles,
+    corner_error,
+    moved,
+    of_regions,
+    through,
+)
 from mkt.kernels import Kernels
 from mkt.regions import displaced
 from mkt.scenes.cards import card
@@ -235,6 +242,27 @@ def test_the_jacobian_of_a_similarity_is_that_of_the_root_of_the_mean_distance()
     wider = jacobian(target, image, of_regions(region), "homography")
     assert wider.shape == (len(expected), 8)
     np.testing.assert_allclose(wider[:, :4], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("k, name", enumerate(PARAMETERS))
+def test_directions_turn_with_whatever_turns_a_plane(k, name):
+    """By central differences, through weights that move over fixed labels."""
+    clip = card("base", 3).sequence()
+    image, region = EdgeBins()(clip.frames[0]), clip.truth[0]
+    target = learn(image, region, Kernels("3x3", samples=2400))
+    sides, by = target.kernels.half_sides, columns(target.kernels, "homography")
+    here = moved(of_regions(region), np.array([0, 0, 0.2, 0, 0.1, 0.2, 0.1, 0]), sides)
+    counts = newton.count(target, sample(image, target.kernels, here), by)
+    _, dq = newton.differentiate(target, image, here, columns=by)
+
+    def seen(x):
+        now = counts[..., 0] + x * counts[..., 1 + k]
+        there = moved(here, x * np.eye(8)[k], sides)
+        turned(now[None], angles(there[None]), image.compasses[0])
+        return now / now.sum(-1, keepdims=True)
+
+    wanted = (seen(1e-5) - seen(-1e-5)) / 2e-5
+    np.testing.assert_allclose(dq[..., k], wanted, atol=1e-7, err_msg=name)
 
 
 @pytest.mark.parametrize(
