@@ -12,6 +12,7 @@ import {
   number,
   outline,
   takeOver,
+  within,
   write,
 } from "./page.js";
 import { approached } from "./servoing.js";
@@ -196,29 +197,27 @@ class Approach {
       if (k) left += sample(pen, colors[k - 1], styles[k - 1], left, box[1] - 10);
       left += write(pen, word, left, box[1] - 6) + 12;
     }
-    pen.save();
-    pen.beginPath();
-    pen.rect(...box);
-    pen.clip();
-    const line = (series, k, dashes, thick) => {
-      Object.assign(pen, { strokeStyle: colors[k], lineWidth: thick });
-      pen.setLineDash(dashes);
-      pen.beginPath();
-      const far = 9 * reach; // what runs away may be infinite
-      const { fps } = this.controls.values;
-      series.forEach((row, at) => {
-        const height = down(Math.min(Math.max(row[k], -far), far));
-        pen.lineTo(across(at / fps), height);
-        if (i) pen.lineTo(across((at + 1) / fps), height); // held until the next frame
+    within(pen, box, () => {
+      const line = (series, k, dashes, thick) => {
+        Object.assign(pen, { strokeStyle: colors[k], lineWidth: thick });
+        pen.setLineDash(dashes);
+        pen.beginPath();
+        const far = 9 * reach; // what runs away may be infinite
+        const { fps } = this.controls.values;
+        series.forEach((row, at) => {
+          const height = down(Math.min(Math.max(row[k], -far), far));
+          pen.lineTo(across(at / fps), height);
+          // Held until the next frame.
+          if (i) pen.lineTo(across((at + 1) / fps), height);
+        });
+        pen.stroke();
+      };
+      names.forEach((_, k) => {
+        if (promised) line(promised, k, [1.5, 3], 1.2);
+        line(values, k, dashesOf(styles[k]), 2);
       });
-      pen.stroke();
-    };
-    names.forEach((_, k) => {
-      if (promised) line(promised, k, [1.5, 3], 1.2);
-      line(values, k, dashesOf(styles[k]), 2);
+      pen.setLineDash([]);
     });
-    pen.setLineDash([]);
-    pen.restore();
     Object.assign(pen, { fillStyle: ink, strokeStyle: ink, lineWidth: 1 });
   }
 

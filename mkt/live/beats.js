@@ -31,6 +31,7 @@ import {
   outlineTruth,
   SLICE,
   takeOver,
+  within,
 } from "./page.js";
 import { Player } from "./player.js";
 
@@ -330,23 +331,20 @@ class Beats {
       ylabel: STICKS[beat] + (beat ? "; likelihood (grey)" : ""),
     };
     const { across, down } = axes(pen, box, limits);
-    pen.save();
-    pen.beginPath();
-    pen.rect(...box);
-    pen.clip();
-    const ink = pen.strokeStyle;
-    if (beat) this.drawLikelihood(pen, round, across, down);
-    const sizes = this.sizes(round, beat === 2 ? 1 : beat);
-    round.particles.forEach(([x], i) => {
-      const top = down(beat ? sizes[i] : 0.05);
-      upright(pen, across(x), down(0), top, CROWD);
-      if (sizes[i] > 0) dot(pen, across(x), top, 2.5, CROWD);
+    within(pen, box, () => {
+      const ink = pen.strokeStyle;
+      if (beat) this.drawLikelihood(pen, round, across, down);
+      const sizes = this.sizes(round, beat === 2 ? 1 : beat);
+      round.particles.forEach(([x], i) => {
+        const top = down(beat ? sizes[i] : 0.05);
+        upright(pen, across(x), down(0), top, CROWD);
+        if (sizes[i] > 0) dot(pen, across(x), top, 2.5, CROWD);
+      });
+      pen.setLineDash([5, 4]);
+      upright(pen, across(this.truth[this.shown][0]), down(0), down(1.1), ink);
+      pen.setLineDash([]);
+      if (beat === 2) upright(pen, across(round.region[0]), down(0), down(1.1), GREEN);
     });
-    pen.setLineDash([5, 4]);
-    upright(pen, across(this.truth[this.shown][0]), down(0), down(1.1), ink);
-    pen.setLineDash([]);
-    if (beat === 2) upright(pen, across(round.region[0]), down(0), down(1.1), GREEN);
-    pen.restore();
   }
 
   drawLikelihood(pen, round, across, down) {

@@ -2,7 +2,16 @@
 // wherever the car is dragged.
 
 import { load } from "./host.js";
-import { bitmap, Canvas, Controls, el, outline, takeOver, write } from "./page.js";
+import {
+  bitmap,
+  Canvas,
+  Controls,
+  el,
+  outline,
+  takeOver,
+  within,
+  write,
+} from "./page.js";
 import { motions } from "./servoing.js";
 import { drawTable } from "./table.js";
 
@@ -101,20 +110,17 @@ class Interaction {
     const [scale, left] = this.fitted(width, height);
     const [wide, high] = this.size.map((each) => scale * each);
     const onto = ([x, y]) => [left + (x + 0.5) * scale, HEAD + (y + 0.5) * scale];
-    pen.save();
-    pen.beginPath();
-    pen.rect(left, HEAD, wide, high);
-    pen.clip();
-    drawTable(pen, this, this.picture, this.pose, onto);
-    const way = this.ways[k].map((corners) => corners.map(onto));
-    outline(pen, way[0], CURRENT, 2.5);
-    outline(pen, way.at(-1), this.moved, 2.5);
-    for (const corner of way[0].keys())
-      arrow(
-        pen,
-        way.map((at) => at[corner]),
-      );
-    pen.restore();
+    within(pen, [left, HEAD, wide, high], () => {
+      drawTable(pen, this, this.picture, this.pose, onto);
+      const way = this.ways[k].map((corners) => corners.map(onto));
+      outline(pen, way[0], CURRENT, 2.5);
+      outline(pen, way.at(-1), this.moved, 2.5);
+      for (const corner of way[0].keys())
+        arrow(
+          pen,
+          way.map((at) => at[corner]),
+        );
+    });
     Object.assign(pen, { fillStyle: ink, textAlign: "center" });
     const narrow = pen.measureText(this.column(k)).width > width;
     const title = narrow ? `${AXES[k]}: ${this.motions[k]}` : this.title(k);

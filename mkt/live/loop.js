@@ -2,7 +2,7 @@
 
 import { linspace, oneFeature, poles } from "./engine.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, dot, el, number, takeOver } from "./page.js";
+import { axes, Canvas, Controls, dot, el, number, takeOver, within } from "./page.js";
 
 const RATIOS = { off: 0, raw: Infinity, Kalman: 1 }; // Q / R of the filters
 const [MOST, STEPS] = [10, 101]; // [1/s] gains of the locus, and how many
@@ -139,43 +139,40 @@ class RootLocus {
       ylabel: "imaginary part; dots: gain from 0 (dark) to 10",
     };
     const { across, down } = axes(pen, box, limits);
-    pen.save();
-    pen.beginPath();
-    pen.rect(...box);
-    pen.clip();
-    pen.strokeStyle = GREY;
-    pen.beginPath();
-    pen.arc(across(0), down(0), across(1) - across(0), 0, 7);
-    pen.stroke();
-    pen.globalAlpha = 0.4;
-    pen.beginPath();
-    pen.moveTo(across(-REAL), down(0));
-    pen.lineTo(across(REAL), down(0));
-    pen.moveTo(across(0), down(-IMAGINARY));
-    pen.lineTo(across(0), down(IMAGINARY));
-    pen.stroke();
-    pen.globalAlpha = 1;
-    this.ways.forEach((found, i) => {
-      const color = this.viridis[Math.round((255 * i) / this.ways.length)];
-      for (const [re, im] of found)
-        dot(pen, across(re), down(im), 2.5, `rgb(${color.join(" ")})`, GREY, 0.5);
-    });
-    for (const [color, thick] of [
-      ["#000", 5.5],
-      [ORANGE, 3],
-    ]) {
-      Object.assign(pen, { strokeStyle: color, lineWidth: thick });
-      for (const [re, im] of this.chosen) {
-        const [u, v] = [across(re), down(im)];
-        pen.beginPath();
-        for (const way of [6, -6]) {
-          pen.moveTo(u - 6, v - way);
-          pen.lineTo(u + 6, v + way);
+    within(pen, box, () => {
+      pen.strokeStyle = GREY;
+      pen.beginPath();
+      pen.arc(across(0), down(0), across(1) - across(0), 0, 7);
+      pen.stroke();
+      pen.globalAlpha = 0.4;
+      pen.beginPath();
+      pen.moveTo(across(-REAL), down(0));
+      pen.lineTo(across(REAL), down(0));
+      pen.moveTo(across(0), down(-IMAGINARY));
+      pen.lineTo(across(0), down(IMAGINARY));
+      pen.stroke();
+      pen.globalAlpha = 1;
+      this.ways.forEach((found, i) => {
+        const color = this.viridis[Math.round((255 * i) / this.ways.length)];
+        for (const [re, im] of found)
+          dot(pen, across(re), down(im), 2.5, `rgb(${color.join(" ")})`, GREY, 0.5);
+      });
+      for (const [color, thick] of [
+        ["#000", 5.5],
+        [ORANGE, 3],
+      ]) {
+        Object.assign(pen, { strokeStyle: color, lineWidth: thick });
+        for (const [re, im] of this.chosen) {
+          const [u, v] = [across(re), down(im)];
+          pen.beginPath();
+          for (const way of [6, -6]) {
+            pen.moveTo(u - 6, v - way);
+            pen.lineTo(u + 6, v + way);
+          }
+          pen.stroke();
         }
-        pen.stroke();
       }
-    }
-    pen.restore();
+    });
   }
 
   drawAnswer(pen, width, height) {
@@ -188,24 +185,21 @@ class RootLocus {
       ylabel: "error [cm] (green), target's velocity [cm/s]",
     };
     const { across, down } = axes(pen, box, limits);
-    pen.save();
-    pen.beginPath();
-    pen.rect(...box);
-    pen.clip();
-    for (const [values, color, thick] of [
-      [this.speeds, GREY, 1.2],
-      [this.errors, GREEN, 2],
-    ]) {
-      Object.assign(pen, { strokeStyle: color, lineWidth: thick });
-      pen.beginPath();
-      values.forEach((value, k) => {
-        const cut = Math.min(Math.max(value, -99), 99); // some are infinite
-        pen.lineTo(across(this.times[k]), down(cut));
-        pen.lineTo(across(this.times[k + 1] ?? SECONDS), down(cut));
-      });
-      pen.stroke();
-    }
-    pen.restore();
+    within(pen, box, () => {
+      for (const [values, color, thick] of [
+        [this.speeds, GREY, 1.2],
+        [this.errors, GREEN, 2],
+      ]) {
+        Object.assign(pen, { strokeStyle: color, lineWidth: thick });
+        pen.beginPath();
+        values.forEach((value, k) => {
+          const cut = Math.min(Math.max(value, -99), 99); // some are infinite
+          pen.lineTo(across(this.times[k]), down(cut));
+          pen.lineTo(across(this.times[k + 1] ?? SECONDS), down(cut));
+        });
+        pen.stroke();
+      }
+    });
   }
 
   hands() {

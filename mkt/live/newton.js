@@ -296,21 +296,18 @@ class Newton {
       ylabel: "O: real (blue), parabola (orange)",
     };
     const { across, down } = axes(pen, box, limits);
-    pen.save();
-    pen.beginPath();
-    pen.rect(...box);
-    pen.clip();
-    for (const [values, color, dashes] of [
-      [real, BLUE, []],
-      [model, ORANGE, [5, 4]],
-    ]) {
-      pen.beginPath();
-      values.forEach((value, i) => pen.lineTo(across(shares[i]), down(value)));
-      pen.setLineDash(dashes);
-      Object.assign(pen, { strokeStyle: color, lineWidth: 2 });
-      pen.stroke();
-    }
-    pen.restore();
+    within(pen, box, () => {
+      for (const [values, color, dashes] of [
+        [real, BLUE, []],
+        [model, ORANGE, [5, 4]],
+      ]) {
+        pen.beginPath();
+        values.forEach((value, i) => pen.lineTo(across(shares[i]), down(value)));
+        pen.setLineDash(dashes);
+        Object.assign(pen, { strokeStyle: color, lineWidth: 2 });
+        pen.stroke();
+      }
+    });
   }
 
   hands() {

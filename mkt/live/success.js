@@ -2,7 +2,16 @@
 
 import { linspace, success } from "./engine.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, el, legible, number, takeOver } from "./page.js";
+import {
+  axes,
+  Canvas,
+  Controls,
+  el,
+  legible,
+  number,
+  takeOver,
+  within,
+} from "./page.js";
 
 const LIMITS = linspace(0, 1, 21); // of the curves, as in mkt.evaluation
 const [ROW, BAR] = [32, 11]; // [px] of a tracker: its name, and its bar below
@@ -165,18 +174,18 @@ class Success {
   bar(pen, { share, every }, top, width) {
     pen.fillStyle = pen.strokeStyle;
     pen.fillRect(0, top, width * share, BAR);
-    pen.save();
-    pen.beginPath();
-    pen.rect(0, top, width * every, BAR);
-    pen.clip();
-    Object.assign(pen, { globalCompositeOperation: "destination-out", lineWidth: 1.5 });
-    pen.beginPath();
-    for (let x = -BAR; x < width; x += 7) {
-      pen.moveTo(x, top + BAR);
-      pen.lineTo(x + BAR, top);
-    }
-    pen.stroke();
-    pen.restore();
+    within(pen, [0, top, width * every, BAR], () => {
+      Object.assign(pen, {
+        globalCompositeOperation: "destination-out",
+        lineWidth: 1.5,
+      });
+      pen.beginPath();
+      for (let x = -BAR; x < width; x += 7) {
+        pen.moveTo(x, top + BAR);
+        pen.lineTo(x + BAR, top);
+      }
+      pen.stroke();
+    });
   }
 
   hands() {

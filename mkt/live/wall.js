@@ -16,6 +16,7 @@ import {
   outlineTruth,
   SLICE,
   takeOver,
+  within,
 } from "./page.js";
 import { Player } from "./player.js";
 
@@ -366,34 +367,31 @@ class Wall {
         xlabel: last ? "frame" : "",
         bare: !last,
       });
-      pen.save();
-      pen.beginPath();
-      pen.rect(...box);
-      pen.clip();
-      pen.globalAlpha = 0.25;
-      pen.fillStyle = "#888";
-      const from = across(this.first - 0.5);
-      pen.fillRect(from, box[1], across(this.first + occlusion - 0.5) - from, box[3]);
-      pen.globalAlpha = 1;
-      const line = (values, color, thick) => {
-        Object.assign(pen, { strokeStyle: color, lineWidth: thick });
+      within(pen, box, () => {
+        pen.globalAlpha = 0.25;
+        pen.fillStyle = "#888";
+        const from = across(this.first - 0.5);
+        pen.fillRect(from, box[1], across(this.first + occlusion - 0.5) - from, box[3]);
+        pen.globalAlpha = 1;
+        const line = (values, color, thick) => {
+          Object.assign(pen, { strokeStyle: color, lineWidth: thick });
+          pen.beginPath();
+          values.forEach((value, k) => pen.lineTo(across(k), down(value)));
+          pen.stroke();
+        };
+        const color = legible(pen, ink, tracker.color);
+        const runs = this.latest[tracker.name] ?? [];
+        runs.forEach(({ regions }, run) =>
+          line(this.curve(regions, which), color, run ? 1 : 3),
+        );
+        line(truth, ink, 1.2);
+        pen.setLineDash([3, 3]);
+        pen.lineWidth = 1;
         pen.beginPath();
-        values.forEach((value, k) => pen.lineTo(across(k), down(value)));
+        pen.moveTo(across(frame), box[1]);
+        pen.lineTo(across(frame), box[1] + box[3]);
         pen.stroke();
-      };
-      const color = legible(pen, ink, tracker.color);
-      const runs = this.latest[tracker.name] ?? [];
-      runs.forEach(({ regions }, run) =>
-        line(this.curve(regions, which), color, run ? 1 : 3),
-      );
-      line(truth, ink, 1.2);
-      pen.setLineDash([3, 3]);
-      pen.lineWidth = 1;
-      pen.beginPath();
-      pen.moveTo(across(frame), box[1]);
-      pen.lineTo(across(frame), box[1] + box[3]);
-      pen.stroke();
-      pen.restore();
+      });
     });
   }
 
