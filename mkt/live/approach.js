@@ -145,7 +145,7 @@ class Approach {
     const onto = ([x, y]) => [(x + 0.5) * scale, (y + 0.5) * scale];
     drawTable(pen, this, this.table, this.rows[0].pose, onto);
     outline(pen, this.wanted.map(onto), RED, 2.5);
-    outline(pen, this.rows[0].outline.map(onto), GREEN, 2.5);
+    const start = outline(pen, this.rows[0].outline.map(onto), GREEN, 2.5);
     for (const corner of [0, 1, 2, 3]) {
       const way = this.rows.map((row) => onto(row.outline[corner]));
       Object.assign(pen, { strokeStyle: BLACK, fillStyle: BLACK, lineWidth: 1 });
@@ -158,6 +158,7 @@ class Approach {
         pen.fill();
       }
     }
+    return [start];
   }
 
   drawPlots(pen, width) {

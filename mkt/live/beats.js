@@ -31,6 +31,7 @@ import {
   outlineTruth,
   SLICE,
   takeOver,
+  upright,
   within,
 } from "./page.js";
 import { Player } from "./player.js";
@@ -52,12 +53,9 @@ const CLOSE = 34; // [px] round the crowd that are shown: no car is cut
 const [CROWD, GREEN, BLUE] = ["#cf8200", "#00a751", "#1e7dc1"];
 const [GREY, DEAD] = ["#888", "#555"];
 
-function upright(pen, x, from, to, color) {
+function stick(pen, x, from, to, color) {
   Object.assign(pen, { strokeStyle: color, lineWidth: 2 });
-  pen.beginPath();
-  pen.moveTo(x, from);
-  pen.lineTo(x, to);
-  pen.stroke();
+  return upright(pen, x, from, to);
 }
 
 class Beats {
@@ -283,6 +281,7 @@ class Beats {
     );
     if (beat === 0) this.drawWays(pen, round, onto);
     if (beat === 2) this.drawEstimate(pen, round, onto);
+    return [corners([round.wall, 0, 0, this.bricks.width / 2, this.size[1]]).map(onto)];
   }
 
   // Crosses where none lives on, below those that do.
@@ -337,13 +336,13 @@ class Beats {
       const sizes = this.sizes(round, beat === 2 ? 1 : beat);
       round.particles.forEach(([x], i) => {
         const top = down(beat ? sizes[i] : 0.05);
-        upright(pen, across(x), down(0), top, CROWD);
+        stick(pen, across(x), down(0), top, CROWD);
         if (sizes[i] > 0) dot(pen, across(x), top, 2.5, CROWD);
       });
       pen.setLineDash([5, 4]);
-      upright(pen, across(this.truth[this.shown][0]), down(0), down(1.1), ink);
+      stick(pen, across(this.truth[this.shown][0]), down(0), down(1.1), ink);
       pen.setLineDash([]);
-      if (beat === 2) upright(pen, across(round.region[0]), down(0), down(1.1), GREEN);
+      if (beat === 2) stick(pen, across(round.region[0]), down(0), down(1.1), GREEN);
     });
   }
 
@@ -397,7 +396,7 @@ class Beats {
       pen.stroke();
     }
     pen.setLineDash([]);
-    upright(pen, across(this.shown), down(0), down(1), ink);
+    return [stick(pen, across(this.shown), down(0), down(1), ink)];
   }
 
   // Hands

@@ -2,12 +2,11 @@
 
 import { binomial, falseStart, most, tails } from "./binomial.js";
 import { load } from "./host.js";
-import { axes, Canvas, Controls, el, number, takeOver } from "./page.js";
+import { axes, Canvas, Controls, el, number, takeOver, upright } from "./page.js";
 
 const DECADES = 6; // of probability that are drawn
 const ROOM = [46, 22, 54, 62]; // [px] left of and above the axes, and around them
 const GREY = "rgb(125 125 125)"; // seen by day and by night
-const DASHES = { b: [6, 4], zone: [2, 3] };
 
 const percent = (share) => `${(100 * share).toFixed(1)} %`;
 
@@ -107,7 +106,7 @@ class Chance {
       const left = across(k / particles) - thick / 2;
       pen.fillRect(left, down(high), thick, down(-DECADES) - down(high));
     });
-    this.drawLimits(pen, box, across);
+    return this.drawLimits(pen, box, across);
   }
 
   drawWaits(pen, width, height) {
@@ -145,8 +144,9 @@ class Chance {
     Object.assign(pen, { strokeStyle: this.colors[0], lineWidth: 2.5 });
     line(this.probabilities);
     pen.strokeStyle = ink;
-    this.drawLimits(pen, box, across);
+    const dragged = this.drawLimits(pen, box, across);
     for (const label of labels) this.interrupt(pen, ...label);
+    return dragged;
   }
 
   // Words on a curve, in a gap of all that is drawn.
@@ -157,17 +157,17 @@ class Chance {
     pen.fillText(words, x, y + 4);
   }
 
+  // What one zone of three can hold, and b, which is dragged.
   drawLimits(pen, [, top, , height], across) {
-    const at = { b: this.controls.values.b, zone: 1 / 3 };
+    const line = (dashes, value) => {
+      pen.setLineDash(dashes);
+      return upright(pen, across(value), top, top + height);
+    };
     pen.lineWidth = 1.5;
-    for (const [name, value] of Object.entries(at)) {
-      pen.setLineDash(DASHES[name]);
-      pen.beginPath();
-      pen.moveTo(across(value), top);
-      pen.lineTo(across(value), top + height);
-      pen.stroke();
-    }
+    line([2, 3], 1 / 3);
+    const b = line([6, 4], this.controls.values.b);
     pen.setLineDash([]);
+    return [b];
   }
 }
 

@@ -3,7 +3,7 @@
 
 import { coefficient, disc, place, summary } from "./appearance.js";
 import { most } from "./binomial.js";
-import { colorBins, random } from "./engine.js";
+import { colorBins, corners, random } from "./engine.js";
 import { load } from "./host.js";
 import {
   axes,
@@ -168,11 +168,13 @@ class Doors {
     this.regions.forEach(([cx, cy], i) =>
       dot(pen, (cx + 0.5) * scale, (cy + 0.5) * scale, 2.6, colors[i]),
     );
+    const things = [];
     for (const [x, y, reach] of this.zones())
       if (Number.isFinite(reach)) {
         const region = [x, y, 0, REACH * reach, REACH * reach];
         ellipse(region, "#fff", 4);
         ellipse(region, DOOR, 2.2);
+        things.push(corners(region).map((end) => end.map((u) => (u + 0.5) * scale)));
       }
     if (this.truth) {
       ellipse(this.truth, "#000", 2.5); // the colours of outlineTruth
@@ -182,6 +184,7 @@ class Doors {
     }
     const i = this.pointed;
     if (i !== undefined) ellipse(this.regions[i], colors[i], 3);
+    return things;
   }
 
   drawPlot(pen, width, height) {

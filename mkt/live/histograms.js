@@ -145,7 +145,7 @@ class Histograms {
       const angle = (i * Math.PI) / 30;
       return onto(warp(this.place, [rx * Math.cos(angle), ry * Math.sin(angle)]));
     });
-    outline(pen, round, GREEN, 2.5);
+    return [outline(pen, round, GREEN, 2.5)];
   }
 
   // The square that the canvas of the samples has for the canonical one.

@@ -110,9 +110,9 @@ class Interaction {
     const [scale, left] = this.fitted(width, height);
     const [wide, high] = this.size.map((each) => scale * each);
     const onto = ([x, y]) => [left + (x + 0.5) * scale, HEAD + (y + 0.5) * scale];
+    const way = this.ways[k].map((corners) => corners.map(onto));
     within(pen, [left, HEAD, wide, high], () => {
       drawTable(pen, this, this.picture, this.pose, onto);
-      const way = this.ways[k].map((corners) => corners.map(onto));
       outline(pen, way[0], CURRENT, 2.5);
       outline(pen, way.at(-1), this.moved, 2.5);
       for (const corner of way[0].keys())
@@ -129,6 +129,7 @@ class Interaction {
     const lines = narrow ? [entries.slice(0, 2), entries.slice(2)] : [entries];
     for (const [i, line] of lines.entries())
       write(pen, line.join(",  "), width / 2, HEAD + high + 16 + i * LINE);
+    return way.slice(0, 1);
   }
 
   hands(view) {

@@ -139,6 +139,7 @@ class RootLocus {
       ylabel: "imaginary part; dots: gain from 0 (dark) to 10",
     };
     const { across, down } = axes(pen, box, limits);
+    const crosses = this.chosen.map(([re, im]) => [[across(re), down(im)]]);
     within(pen, box, () => {
       pen.strokeStyle = GREY;
       pen.beginPath();
@@ -162,8 +163,7 @@ class RootLocus {
         [ORANGE, 3],
       ]) {
         Object.assign(pen, { strokeStyle: color, lineWidth: thick });
-        for (const [re, im] of this.chosen) {
-          const [u, v] = [across(re), down(im)];
+        for (const [[u, v]] of crosses) {
           pen.beginPath();
           for (const way of [6, -6]) {
             pen.moveTo(u - 6, v - way);
@@ -173,6 +173,7 @@ class RootLocus {
         }
       }
     });
+    return crosses;
   }
 
   drawAnswer(pen, width, height) {

@@ -194,10 +194,10 @@ class Newton {
     outlineTruth(pen, box(this.truth));
     for (const region of this.path.slice(1, this.taken))
       outline(pen, box(region), ORANGE, 1);
-    outline(pen, box(this.path[0]), ORANGE, 3);
+    const start = outline(pen, box(this.path[0]), ORANGE, 3);
     if (this.taken) outline(pen, box(this.path[this.taken]), GREEN, 2.5);
     this.knob = this.onto(warp(this.path[0], [1, 0]));
-    knob(pen, this.knob, 7, ORANGE);
+    return [start, knob(pen, this.knob, 7, ORANGE)];
   }
 
   basinBox(width, height) {
@@ -228,7 +228,7 @@ class Newton {
     };
     const { across, down } = axes(pen, box, limits);
     const { dx, turn } = this.controls.values;
-    knob(pen, [across(dx), down(turn)], 6, ORANGE);
+    return [knob(pen, [across(dx), down(turn)], 6, ORANGE)];
   }
 
   drawCurve(pen, width, height) {
@@ -315,8 +315,8 @@ class Newton {
     const settle = () => this.controls.set({});
     let [begin, dx0, turning] = [0, 0, false];
     this.frame.dragged(
-      ([u, v]) => {
-        turning = Math.hypot(u - this.knob[0], v - this.knob[1]) < 22;
+      ([u, v], reach) => {
+        turning = Math.hypot(u - this.knob[0], v - this.knob[1]) < reach;
         [begin, dx0] = [u, this.controls.values.dx];
       },
       ([u, v]) => {

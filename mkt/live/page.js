@@ -3,6 +3,8 @@
 import { host } from "./host.js";
 
 const TEXT = 12; // [px]
+const [REACH, FINGER] = [22, 28]; // [px] round what a hand means, and a finger
+const SLIP = 10; // [px] of a finger that taps
 export const SLICE = 12; // [ms] of work before the page may breathe
 
 // An element with attributes, listeners ("onclick") and children; texts stay texts.
@@ -261,7 +263,8 @@ export class Controls {
 // Canvases
 
 // A canvas as wide as its place and `ratio` as high, but not lower than `least` [px];
-// it is drawn anew whenever that changes.
+// it is drawn anew whenever that changes.  Where it is `dragged`, `draw` returns what a
+// finger drags: the corners of each thing.
 export class Canvas {
   constructor(label, ratio, draw, least = 0) {
     this.node = el("canvas", { role: "img", "aria-label": label, class: "mkt-canvas" });
@@ -298,7 +301,7 @@ export class Canvas {
     pen.clearRect(0, 0, width, height);
     Object.assign(pen, { fillStyle: color, strokeStyle: color, lineWidth: 1 });
     pen.font = `${TEXT}px ${fontFamily}`;
-    this.draw(pen, width, height);
+    this.things = this.draw(pen, width, height);
   }
 
   // The place of a pointer [px].
@@ -308,19 +311,42 @@ export class Canvas {
   }
 
   // Follow a mouse or a finger: places in the canvas's own pixels; `done` at the end.
+  // A finger beside all things waits until it taps or goes aside, or the page scrolls.
   dragged(begin, follow, done) {
     this.node.classList.add("mkt-drag");
     let held = null; // the pointer that drags: a second finger does nothing
-    this.node.addEventListener("pointerdown", (event) => {
-      if (event.button || held !== null) return;
-      if (begin(this.placeOf(event), event) === false) return;
-      held = event.pointerId;
-      this.node.setPointerCapture(held);
+    const take = (event) => {
+      this.waiting = null;
+      const reach = touches(event) ? FINGER : REACH;
+      if (begin(this.placeOf(event), reach) !== false) held = event.pointerId;
+    };
+    const decide = (event) => {
+      const { waiting } = this;
+      if (event.pointerId !== waiting?.pointerId) return;
+      const aside = Math.abs(event.clientX - waiting.clientX);
+      const along = Math.abs(event.clientY - waiting.clientY);
+      const taps = event.type === "pointerup" && aside + along < SLIP;
+      if (taps || aside - along > SLIP) take(waiting);
+    };
+    const on = (name, hear) =>
+      this.node.addEventListener(name, hear, { passive: false });
+    on("pointerdown", (event) => {
+      if (event.button || held !== null || this.waiting) return;
+      const place = this.placeOf(event);
+      const beside = this.things?.every((thing) => !holds(thing, place));
+      if (beside && touches(event)) this.waiting = event;
+      else take(event);
+      if (held !== null) this.node.setPointerCapture(held);
     });
-    this.node.addEventListener("pointermove", (event) => {
-      if (event.pointerId === held) follow(this.placeOf(event), event);
+    // Comes after the one above: what a finger drags does not scroll the page.
+    on("touchstart", (event) => held !== null && event.preventDefault());
+    on("pointermove", (event) => {
+      decide(event);
+      if (event.pointerId === held) follow(this.placeOf(event));
     });
-    this.node.addEventListener("lostpointercapture", ({ pointerId }) => {
+    on("pointerup", decide);
+    on("lostpointercapture", ({ pointerId }) => {
+      if (pointerId === this.waiting?.pointerId) this.waiting = null;
       if (pointerId !== held) return;
       held = null;
       done();
@@ -329,8 +355,8 @@ export class Canvas {
 
   // Follow a mouse over it, or a finger on it; null when it leaves.
   hovered(over) {
-    const at = (event) => over(this.placeOf(event));
-    for (const name of ["pointermove", "pointerdown"])
+    const at = (event) => this.waiting || over(this.placeOf(event));
+    for (const name of ["pointermove", "pointerdown", "pointerup"])
       this.node.addEventListener(name, at);
     this.node.addEventListener(
       "pointerleave",
@@ -355,6 +381,20 @@ export class Canvas {
       step(ways[event.key], event);
     });
   }
+}
+
+const touches = ({ pointerType }) => pointerType === "touch";
+
+// Whether a finger means the thing of these corners: it is inside, or near one of them.
+// One without y is an upright line.
+function holds(corners, [u, v]) {
+  const near = ([x, y = v]) => Math.hypot(x - u, y - v) < FINGER;
+  const sides = corners.map(([x, y], i) => {
+    const [left, top] = corners.at(i - 1);
+    return Math.sign((x - left) * (v - y) - (y - top) * (u - x));
+  });
+  const inside = (sign) => sides.every((side) => side === sign);
+  return corners.some(near) || inside(1) || inside(-1);
 }
 
 // What is drawn inside a box [left, top, width, height] alone.
@@ -454,6 +494,8 @@ export function axes(pen, [left, top, width, height], { x, y, xlabel, ylabel, ba
   return { across, down };
 }
 
+// What follows draws things, and returns their corners for the finger.
+
 // The outline of something with corners, light round dark so that it shows anywhere.
 export function outline(pen, points, color, width = 2) {
   for (const [style, thick] of [
@@ -466,9 +508,19 @@ export function outline(pen, points, color, width = 2) {
     Object.assign(pen, { strokeStyle: style, lineWidth: thick });
     pen.stroke();
   }
+  return points;
 }
 
-// That of the truth: black with white dashes, as mkt.plotting.draw_truth has it.
+// An upright line.
+export function upright(pen, x, from, to) {
+  pen.beginPath();
+  pen.moveTo(x, from);
+  pen.lineTo(x, to);
+  pen.stroke();
+  return [[x]];
+}
+
+// The outline of the truth: black with white dashes, as mkt.plotting.draw_truth has it.
 export function outlineTruth(pen, points) {
   outline(pen, points, "#000", 2.5);
   pen.setLineDash([4, 4]);
@@ -484,6 +536,7 @@ export function dot(pen, x, y, radius, color, rim = "#0008", thick = 1) {
   Object.assign(pen, { fillStyle: color, strokeStyle: rim, lineWidth: thick });
   pen.fill();
   pen.stroke();
+  return [[x, y]];
 }
 
 // One with a light rim, which a hand moves.

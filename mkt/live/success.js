@@ -10,6 +10,7 @@ import {
   legible,
   number,
   takeOver,
+  upright,
   within,
 } from "./page.js";
 
@@ -130,11 +131,9 @@ class Success {
     Object.assign(pen, { strokeStyle: ink, lineWidth: 1.5 });
     pen.setLineDash([5, 4]);
     const { limit } = this.controls.values;
-    pen.beginPath();
-    pen.moveTo(across(limit), box[1]);
-    pen.lineTo(across(limit), box[1] + box[3]);
-    pen.stroke();
+    const line = upright(pen, across(limit), box[1], box[1] + box[3]);
     pen.setLineDash([]);
+    return [line];
   }
 
   style(pen, { color, dashes }, faint) {

@@ -107,6 +107,7 @@ function cross(pen, u, v, color, long, slant) {
   ];
   stroke(pen, color === RED ? "#fff" : "#000", 4, lines);
   stroke(pen, color, 2, lines);
+  return [[u, v]];
 }
 
 class Surfaces {
@@ -256,9 +257,9 @@ class Surfaces {
     const onto = ([x, y]) => [(x + 0.5 - left) * scale, (y + 0.5 - top) * scale];
     outline(pen, corners(this.data.region).map(onto), "#333", 1);
     const region = this.point();
-    outline(pen, corners(region).map(onto), RED);
+    const box = outline(pen, corners(region).map(onto), RED);
     this.knob = onto(warp(region, [1, 0]));
-    knob(pen, this.knob, 7, RED);
+    return [box, knob(pen, this.knob, 7, RED)];
   }
 
   mapBox(width, height) {
@@ -303,7 +304,7 @@ class Surfaces {
     const at = map.indexOf(Math.min(...map));
     const turn = (this.theta[Math.floor(at / CELLS)] * 180) / Math.PI;
     if (this.whole) cross(pen, across(this.x[at % CELLS]), down(turn), "#fff", 6, 6);
-    if (this.onMaps()) cross(pen, across(x), down(rotation), RED, 8, 0);
+    return this.onMaps() ? [cross(pen, across(x), down(rotation), RED, 8, 0)] : [];
   }
 
   drawCut(pen, width, height) {
@@ -343,10 +344,10 @@ class Surfaces {
     const settle = () => this.controls.set({});
     const places = { begin: [0, 0], turning: false };
     this.frame.dragged(
-      ([u, v]) => {
+      ([u, v], reach) => {
         const { x, rotation } = this.controls.values;
         const [ku, kv] = this.knob;
-        places.turning = Math.hypot(u - ku, v - kv) < 22;
+        places.turning = Math.hypot(u - ku, v - kv) < reach;
         places.begin = [u, x, rotation];
       },
       ([u, v]) => {

@@ -16,6 +16,7 @@ import {
   outlineTruth,
   SLICE,
   takeOver,
+  upright,
   within,
 } from "./page.js";
 import { Player } from "./player.js";
@@ -356,7 +357,7 @@ class Wall {
           ][which];
     pen.textAlign = "left";
     pen.fillText(quantity, 2, 13);
-    this.trackers.forEach((tracker, i) => {
+    return this.trackers.map((tracker, i) => {
       Object.assign(pen, { fillStyle: ink, strokeStyle: ink, lineWidth: 1 });
       const box = this.boxOf(i, width);
       const last = i === this.trackers.length - 1;
@@ -387,11 +388,9 @@ class Wall {
         line(truth, ink, 1.2);
         pen.setLineDash([3, 3]);
         pen.lineWidth = 1;
-        pen.beginPath();
-        pen.moveTo(across(frame), box[1]);
-        pen.lineTo(across(frame), box[1] + box[3]);
-        pen.stroke();
+        upright(pen, across(frame), box[1], box[1] + box[3]);
       });
+      return [[across(frame)]];
     });
   }
 

@@ -4,8 +4,10 @@ import base64
 import gzip
 import re
 import threading
+from dataclasses import dataclass
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from itertools import pairwise
 
 import cv2
 import matplotlib
@@ -40,6 +42,7 @@ COMBINED = "06_combining_both"
 LOOP, SUCCESS, TRACK = "08_closing_the_loop", "14_fair_benchmark", "track"
 WAITING, SEARCHES = "10_color_particle_filter", "13_hybrid_resampling"
 FINDING = "11_losing_and_finding"
+TELEPHONE = {"width": 390, "height": 844}
 LIVE = {name: entry for name, entry in FIGURES.items() if entry.live}
 BOX = (0xCF, 0x82, 0x00)  # of mkt/live/camera.js
 PATIENCE = 300  # times 200 ms for sixty frames of the camera
@@ -744,7 +747,7 @@ def test_loaded_anew_all_figures_of_a_page_are_as_they_were(opened):
     [(BEATS, "#beats?frame=18", 1), (HISTOGRAMS, "#fig2?bins=rgb", 1)],
 )
 def test_a_link_leads_a_telephone_to_its_figure(opened, name, address, place):
-    page = opened(name, address, {"width": 390, "height": 844})
+    page = opened(name, address, TELEPHONE)
     panel = page.locator(".mkt-soon").nth(place)
     panel.locator("canvas").first.wait_for()
     page.wait_for_timeout(1500)
@@ -833,6 +836,118 @@ def test_from_a_file_server_it_asks_for_nothing_else(served, browser):
     ready(page)
     page.close()
     assert all(url.startswith((served, "data:", "blob:")) for url in asked)
+
+
+# Fingers
+
+
+@dataclass(frozen=True)
+class Dragged:
+    """A canvas in which a thing is dragged, and two places [shares of its sides]."""
+
+    page: str
+    address: str
+    panel: int
+    canvas: int
+    thing: tuple[float, float]
+    beside: tuple[float, float]
+    sets: bool = True  # whether a tap beside the thing sets something
+
+
+DRAGGED = {
+    "circle": Dragged(HISTOGRAMS, "#fig1", 0, 0, (0.5, 0.5), (0.1, 0.9)),
+    "box": Dragged(SURFACES, "#fig3", 0, 0, (0.4, 0.5), (0.1, 0.9), sets=False),
+    "knob": Dragged(SURFACES, "#fig3", 0, 0, (0.79, 0.5), (0.9, 0.2), sets=False),
+    "cross": Dragged(SURFACES, "#fig3", 0, 1, (0.55, 0.47), (0.8, 0.7)),
+    "blurred": Dragged(SURFACES, "#fig4", 1, 0, (0.4, 0.5), (0.1, 0.9), sets=False),
+    "crossing": Dragged(SURFACES, "#fig4", 1, 2, (0.55, 0.47), (0.3, 0.7)),
+    "start": Dragged(NEWTON, "#newton", 0, 0, (0.48, 0.5), (0.1, 0.9), sets=False),
+    "basin": Dragged(NEWTON, "#newton", 0, 1, (0.71, 0.37), (0.3, 0.7)),
+    "bricks": Dragged(BEATS, "#beats?frame=18&wall=200", 1, 0, (0.8, 0.6), (0.2, 0.8)),
+    "film": Dragged(BEATS, "#beats?frame=18", 1, 2, (0.37, 0.6), (0.8, 0.7)),
+    "runs": Dragged(COMBINED, "#fig6", 0, 1, (0.71, 0.6), (0.3, 0.7)),
+    "car": Dragged(MOTIONS, "#interaction", 0, 0, (0.6, 0.4), (0.2, 0.5), sets=False),
+    "view": Dragged(LOOP, "#approach", 0, 0, (0.46, 0.65), (0.1, 0.9), sets=False),
+    "pole": Dragged(LOOP, "#root_locus?gain=2&delay=1", 1, 0, (0.6, 0.37), (0.3, 0.7)),
+    "door": Dragged(WAITING, "#fig3?placement=doors", 0, 0, (0.64, 0.49), (0.15, 0.85)),
+    "share": Dragged(FINDING, "#chance", 0, 0, (0.3, 0.6), (0.7, 0.6)),
+    "waits": Dragged(FINDING, "#chance", 0, 1, (0.3, 0.6), (0.7, 0.6)),
+    "limit": Dragged(SUCCESS, "#success", 0, 0, (0.3, 0.5), (0.7, 0.6)),
+}
+STANDS = """panel => [
+  location.href,
+  [...panel.querySelectorAll("input, select")].map(({ value }) => value),
+  [...panel.querySelectorAll("p[role=status]")].map(
+    ({ textContent }) => textContent.split(". ")[0],
+  ),
+]"""
+
+
+def touch(page, *places):
+    """A finger that goes from place to place [px], as a screen tells of it."""
+    screen = page.context.new_cdp_session(page)
+
+    def tell(kind, *points):
+        points = [{"x": float(x), "y": float(y)} for x, y in points]
+        screen.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    tell("touchStart", places[0])
+    for begin, end in pairwise(places):
+        for point in np.linspace(begin, end, 9)[1:]:
+            tell("touchMove", point)
+            page.wait_for_timeout(20)
+    page.wait_for_timeout(200)  # it rests, or the page would go on by itself
+    tell("touchEnd")
+    page.wait_for_timeout(200)
+
+
+def touched(canvas, share, *moves):
+    """How far [px] a page scrolls when a finger in a canvas goes on by some moves."""
+    page = canvas.page
+    canvas.evaluate("node => node.scrollIntoView({ block: 'center' })")
+    page.wait_for_timeout(200)
+    box = canvas.bounding_box()
+    corner, sides = (box["x"], box["y"]), (box["width"], box["height"])
+    first = np.add(corner, np.multiply(share, sides))
+    touch(page, first, *(first + move for move in moves))
+    return round(box["y"] - canvas.bounding_box()["y"])
+
+
+@pytest.mark.parametrize("name", DRAGGED)
+def test_a_finger_drags_the_thing_and_scrolls_the_page_beside_it(opened, name):
+    each = DRAGGED[name]
+    page = opened(each.page, each.address, TELEPHONE)
+    panel = ready(page, r"\d", each.panel)
+    page.keyboard.press("Shift")  # the address leads nobody any more
+    page.wait_for_timeout(500)
+    canvas = panel.locator("canvas").nth(each.canvas)
+    begun = panel.evaluate(STANDS)
+    for way in (1, -1):
+        assert way * touched(canvas, each.beside, (8, -way * 160)) > 100
+        assert panel.evaluate(STANDS) == begun
+    assert touched(canvas, each.thing, (0, -70), (50, -70)) == 0
+    dragged = panel.evaluate(STANDS)
+    assert dragged != begun
+    touched(canvas, each.beside)
+    assert (panel.evaluate(STANDS) != dragged) == each.sets
+
+
+def test_a_finger_that_goes_aside_takes_a_limit_along(opened):
+    page = opened(SUCCESS, size=TELEPHONE)
+    panel = ready(page, "first (is|are)")
+    curves = panel.locator("canvas").first
+    assert touched(curves, (0.5, 0.5), (100, 0), (100, -100)) == 0
+    assert float(re.search(r"limit=([\d.]+)", page.url)[1]) > 0.7
+
+
+def test_a_finger_draws_a_box_upwards_from_anywhere(opened):
+    page = opened(TRACK, size=TELEPHONE)
+    page.get_by_role("button", name="Play the book's clip").click()
+    page.get_by_text("A box is drawn already").wait_for()
+    stage = page.locator("canvas").first
+    moved = touched(stage, (0.7, 0.8), (0, -130), (-100, -130))
+    assert abs(moved) < 60  # the words above it are fewer now
+    page.get_by_text("frames per second").wait_for()
 
 
 # What pages may not do
@@ -1139,6 +1254,6 @@ def test_controls_end_inside_their_panel_on_a_small_telephone(opened, letters):
 
 def test_the_script_is_light():
     text = live.script().encode()
-    assert len(text) < 195_000 and len(gzip.compress(text)) < 56_500
+    assert len(text) < 196_500 and len(gzip.compress(text)) < 57_100
     engine = (MODULES / "engine.js").read_bytes()
     assert len(gzip.compress(engine)) < 25_000

@@ -171,6 +171,85 @@ def test_only_the_first_button_of_a_mouse_drags(page):
     assert page(BUTTONS) == ["drag"]
 
 
+FINGERS = """
+const heard = [];
+const canvas = new live.Canvas("", 1, () => {});
+canvas.placeOf = ({ clientX, clientY }) => [clientX, clientY];
+canvas.node.setPointerCapture = () => {};
+canvas.things = data.things ?? undefined;
+canvas.dragged(
+  (place) => heard.push(["begins", ...place]),
+  (place) => heard.push(["follows", ...place]),
+  () => heard.push(["ends"]),
+);
+for (const [name, pointerId, clientX, clientY, pointerType] of data.events) {
+  const event = new Event(name, { cancelable: true });
+  const more = { pointerId, clientX, clientY, pointerType, button: 0 };
+  canvas.node.dispatchEvent(Object.assign(event, more));
+  if (event.defaultPrevented) heard.push(["the page stays"]);
+}
+return heard;
+"""
+BOX = [[0, 0], [200, 0], [200, 100], [0, 100]]
+
+
+def heard(page, things, *events):
+    """What a canvas does: its things, and (name, pointer, x, y) of some events."""
+    touches = [[*event, "touch"][:5] for event in events]
+    return page(FINGERS, things=things, events=touches)
+
+
+@pytest.mark.parametrize(
+    "things, x, y, meant",
+    [
+        ([[[50, 50]]], 77, 50, True),
+        ([[[50, 50]]], 79, 50, False),
+        ([[[50]]], 77, 900, True),
+        ([[[50]]], 79, 900, False),
+        ([BOX], 100, 50, True),
+        ([BOX[::-1]], 100, 50, True),
+        ([BOX], 100, 105, False),
+        ([BOX, [[100, 120]]], 100, 105, True),
+        ([], 50, 50, False),
+        (None, 50, 50, True),  # a box is drawn from anywhere
+    ],
+)
+def test_a_finger_drags_at_once_what_it_lands_on_alone(page, things, x, y, meant):
+    found = heard(page, things, ("pointerdown", 1, x, y), ("touchstart", 1, x, y))
+    assert found == [["begins", x, y], ["the page stays"]] * meant
+
+
+@pytest.mark.parametrize(
+    "x, y, last, found",
+    [
+        (3, 4, "pointerup", [["begins", 90, 90], ["ends"]]),
+        (3, 40, "pointerup", []),
+        (3, 40, "pointercancel", []),
+        (3, 4, "pointercancel", []),
+        (40, 3, "pointerup", [["begins", 90, 90], ["follows", 130, 93], ["ends"]]),
+    ],
+)
+def test_beside_all_things_a_finger_taps_or_goes_aside(page, x, y, last, found):
+    events = [("pointerdown", 1, 90, 90), ("pointermove", 1, 90 + x, 90 + y)]
+    events += [(name, 1, 90 + x, 90 + y) for name in (last, "lostpointercapture")]
+    assert heard(page, [[[10, 10]]], *events) == found
+    # And the next one is heard again.
+    again = heard(page, [[[10, 10]]], *events, ("pointerdown", 2, 10, 10))
+    assert again == [*found, ["begins", 10, 10]]
+
+
+@pytest.mark.parametrize("x, begun", [(10, [["begins", 10, 10]]), (90, [])])
+def test_a_second_finger_does_nothing(page, x, begun):
+    second = [(name, 2, 10, 10) for name in ("pointerdown", "pointermove", "pointerup")]
+    assert heard(page, [[[10, 10]]], ("pointerdown", 1, x, 10), *second) == begun
+
+
+@pytest.mark.parametrize("kind", ["mouse", "pen"])
+def test_a_mouse_and_a_pen_drag_from_anywhere(page, kind):
+    event = ("pointerdown", 1, 90, 90, kind)
+    assert heard(page, [[[10, 10]]], event) == [["begins", 90, 90]]
+
+
 @pytest.mark.parametrize("align, left", [("left", 100.0), ("center", 86.5)])
 def test_a_letter_behind_a_line_is_written_small_and_low(page, align, left):
     pieces = ["v", 0, 50, 12], ["x", 6, 53, 9], [" a", 10.5, 50, 12], ["n", 22.5, 53, 9]
