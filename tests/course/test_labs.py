@@ -516,6 +516,17 @@ def executed(lab, *titles):
     return space
 
 
+@pytest.mark.parametrize("n", [150, 300])
+def test_lab_3_draws_the_share_of_as_many_particles_as_there_are(n):
+    space = executed("lab_3_particle_filter", "imports")
+    clip = space["mkt"].SCENES["hidden"](0).sequence()
+    sizes = np.linspace(n, 1, len(clip))  # as `run` returns them
+    space |= {"clip": clip, "estimates": clip.truth, "sizes": sizes}
+    exec(cell_of("lab_3_particle_filter", "course"), space)
+    _, share = space["ax"].lines
+    assert np.allclose(share.get_ydata(), sizes / n)
+
+
 def test_lab_4_prints_the_frames_of_which_its_text_speaks(capsys):
     lab = "lab_4_combining_both"
     executed(lab, "imports", "material")
