@@ -1,4 +1,4 @@
-"""Who calls ready-made functions is told to the teacher, and nobody else is."""
+"""Who calls ready-made functions is told so, and nobody else is."""
 
 import copy
 import tomllib

@@ -7,6 +7,7 @@ import pytest
 
 from mkt.course import cli
 from mkt.course.labs import checking
+from mkt.course.labs.borrowed import USES
 from mkt.course.labs.judge import SAID, judged
 from mkt.course.labs.marks import faults
 from mkt.course.labs.notebooks import headings, of_role, released
@@ -38,6 +39,14 @@ def test_check_tells_a_student_in_words_what_is_wrong(toy, capsys):
         "0 of 3 points so far, and 3 for what a person reads; "
         "the hidden checks may find more",
     ]
+
+
+def test_what_is_ready_made_is_told_as_to_the_teacher_and_costs_nothing(toy, capsys):
+    add = "from scipy.special import comb\n\ndef add(a, b):\n    return comb(a, 1) + b"
+    hand_in(toy / "mine.ipynb", answer(**GOOD | {"add": add}))
+    assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert "  2 of 2  check_add" in said and USES.format("add", "comb") in said
 
 
 def test_an_answer_above_its_place_or_in_a_cell_of_ones_own_is_one(toy, capsys):

@@ -1,7 +1,8 @@
-"""Solutions that use what does the work already: told to the teacher, never graded.
+"""Solutions that use what does the work already: said, and never graded.
 
 A lab needs the library for its own checks and figures, so a piece can be "solved" by
-one call of it.  Whether that is a student's own work is for a person to say.
+one call of it.  Whether that is a student's own work is for a person to say: the note
+of the teacher's table names it, and so does ``labs check`` to the student.
 """
 
 import ast

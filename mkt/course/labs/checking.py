@@ -5,6 +5,7 @@ from pathlib import Path
 from nbformat import NotebookNode
 
 from mkt.course.labs import LIMIT
+from mkt.course.labs.borrowed import borrowed
 from mkt.course.labs.marks import (
     Mark,
     answers,
@@ -70,6 +71,7 @@ def check(path: Path, limit: float = LIMIT) -> tuple[list[str], bool]:
         *missing(lab, notebook),
         *edited(lab, notebook),
         *faults(merged(lab, notebook), failures),
+        *borrowed(lab, notebook),
         _sum(results, sum(points(cell) for cell in questions.values())),
     ]
     return lines, not any(mark.words for mark in results)
