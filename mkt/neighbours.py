@@ -110,9 +110,21 @@ def smoothing(bins: ColorBins) -> csr_array:
 
 
 def shared(q: ArrayLike, bins: ColorBins) -> NDArray:
-    """Q S for histograms (..., m)."""
+    """Q S for histograms (..., m); ValueError for those of other bins."""
+    S = smoothing(bins)
+    q = _of_these(q, bins)
+    return (q.reshape(-1, bins.m) @ S).reshape(q.shape)
+
+
+def _of_these(q: ArrayLike, bins: ColorBins) -> NDArray:
+    """Histograms (..., m); ValueError for those of other bins."""
     q = np.asarray(q)
-    return (q.reshape(-1, bins.m) @ smoothing(bins)).reshape(q.shape)
+    if q.shape[-1:] != (bins.m,):
+        raise ValueError(
+            f"histograms have the shape {q.shape}, but {bins} makes {bins.m} bins; "
+            "give (..., m) of the same bins"
+        )
+    return q
 
 
 def _shared(n: int, circular: bool = False) -> Array:
@@ -203,7 +215,8 @@ def earth_mover(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
     nowhere to be carried.  Saturation and value are not looked at.
     """
     hues, saturations, _ = hsv_counts(bins)
-    shares = [_hues(np.asarray(each), hues, saturations) for each in (q, reference)]
+    both = _of_these(q, bins), _of_these(reference, bins)
+    shares = [_hues(each, hues, saturations) for each in both]
     total = [each.sum(-1) for each in shares]
     p, r = (
         h / np.maximum(t, 1e-9)[..., None] for h, t in zip(shares, total, strict=True)

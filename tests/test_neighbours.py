@@ -134,6 +134,14 @@ def test_histograms_of_other_bins_or_of_none_have_no_distance(p, q):
         circular_emd(p, q)
 
 
+@pytest.mark.parametrize("name", ["smoothed", "quadratic", "earth mover"])
+@pytest.mark.parametrize("m", [1, 26, 28, 54])
+def test_histograms_of_other_bins_have_no_neighbours(name, m):
+    q = np.full((9, m), 1 / m)
+    with pytest.raises(ValueError, match="makes 27 bins; give"):
+        MEASURES[name](q, q, BINS)
+
+
 def test_soft_bins_begin_with_the_borders_of_their_bins():
     """Half a bin of hue on, the votes of a colour are those of one half a bin ahead."""
     half = SoftBins(ColorBins(shift=(0.5, 0, 0)))

@@ -135,7 +135,7 @@ def test_weights_multiply_from_frame_to_frame():
     heavy = np.arange(1.0, 41) / np.arange(1.0, 41).sum()
     state = state._replace(weights=heavy)
     image = STILL.bins(CLIP.frames[1])
-    regions, weights = STILL.accepted(
+    regions, weights, _ = STILL.accepted(
         state, image, state.regions, np.full(40, 0.5), np.random.default_rng(0)
     )
     assert np.allclose(weights, heavy / 2) and regions is state.regions
@@ -148,10 +148,22 @@ def test_metropolis_keeps_worse_places_as_often_as_their_ratio():
     image = tracker.bins(CLIP.frames[0])
     old = tracker.likelihoods(state.target, image, state.regions)
     moved = state.regions + [1, 0, 0, 0, 0]
-    _, weights = tracker.accepted(
+    _, weights, _ = tracker.accepted(
         state, image, moved, 0.3 * old, np.random.default_rng(0)
     )
     assert np.mean(weights == 0.3 * old) == pytest.approx(0.3, abs=0.03)
+
+
+@pytest.mark.parametrize("accept", ["fresh", "metropolis"])
+def test_what_lives_on_says_whether_the_target_is_hidden(accept):
+    """All proposals are far off, and all old places on the target."""
+    far = replace(STILL.motion, position=9.0)
+    tracker = replace(STILL, accept=accept, motion=far)
+    state = began(tracker)
+    state = state._replace(regions=np.tile(CLIP.truth[0], (40, 1)))
+    after, info = tracker.step(state, CLIP.frames[0], np.random.default_rng(0))
+    assert not info["lost"] and after.hidden == 0
+    assert info["shares"][0] < 1  # sure enough to learn
 
 
 def test_the_level_alone_decides_what_is_hidden():

@@ -136,7 +136,7 @@ def acceptance(accept, weights, seed=0):
     image = tracker.bins(clip.frames[1])
     predicted = tracker.predict(state, clip.frames[1].shape, rng)
     likelihoods = tracker.likelihoods(state.target, image, predicted)
-    regions, kept = tracker.accepted(state, image, predicted, likelihoods, rng)
+    regions, kept, _ = tracker.accepted(state, image, predicted, likelihoods, rng)
     accepted = np.mean((regions == predicted).all(1))
     return accepted, kept, tracker.likelihoods(state.target, image, regions)
 
