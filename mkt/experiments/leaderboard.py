@@ -31,7 +31,7 @@ from tqdm import tqdm
 
 from mkt.experiments import shipped as release
 from mkt.experiments.processes import spread
-from mkt.experiments.statistics import MEAN, holm, interval, p_value
+from mkt.experiments.statistics import MEAN, holm, interval, p_value, refused
 from mkt.experiments.sweep import Job, Named, rows_of, sweep
 from mkt.experiments.timing import one_thread
 from mkt.files import DataError
@@ -312,7 +312,7 @@ def for_release(table: Path, names: Iterable[str]) -> Board | None:
 
 
 def _dated(board: Board, made: release.Made) -> Board:
-    data = f"{board.data} Run on {made.date} with the seeds {made.seeds}."
+    data = f"{board.data} The newest runs are of {made.date}, the seeds {made.seeds}."
     return Board(board.title, data, board.rows, board.case)
 
 
@@ -354,8 +354,8 @@ def write_tracks(board: Board, folder: Path, processes: int = -1) -> None:
         Where a file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    refused = board.rows["refused"] != ""
-    jobs = [job for job, no in zip(board.jobs, refused, strict=True) if not no]
+    every = zip(board.jobs, refused(board.rows), strict=True)
+    jobs = [job for job, no in every if not no]
     paths = [folder / name for name in _file_names(jobs)]
     done = spread(_write_track, zip(jobs, paths, strict=True), processes)
     for _ in tqdm(done, desc="tracks", unit="run", total=len(jobs)):
@@ -389,8 +389,9 @@ def _write_track(job: Job, place: Path) -> None:
 def ranking(board: Board) -> list[Place]:
     """The trackers of a board in order of their mean overlap."""
     scored = board.rows.copy()
+    started = ~refused(scored)
     for number, value in REFUSED.items():
-        scored[number] = scored[number].where(scored["refused"] == "", value)
+        scored[number] = scored[number].where(started, value)
     cases = cases_of(Board(board.title, board.data, scored, board.case))
     order = cases.mean().sort_values(ascending=False).index
     return [
@@ -412,7 +413,7 @@ def _place(name: str, runs: pd.DataFrame, cases: pd.DataFrame) -> Place:
     own, first = cases[name], cases.columns[0]
     _, low, high = interval(own, MEAN)
     lead = None if name == first else interval(cases[first] - own, MEAN)
-    times = runs.loc[runs["refused"] == "", "cpu_ms"]
+    times = runs.loc[~refused(runs), "cpu_ms"]
     return Place(
         name,
         _between(name, cases),

@@ -15,6 +15,7 @@ from mkt.experiments.leaderboard import (
     ranking,
     told_apart,
 )
+from mkt.experiments.statistics import refused
 from mkt.trackers.by_name import LABELS
 
 WIDTH = 88
@@ -94,10 +95,10 @@ def by_sequence(places: list[Place]) -> tuple[list[str], list[list[str]]]:
 
 def refusals(rows: pd.DataFrame) -> list[str]:
     """Which trackers would not start where, and why, in sentences."""
-    refused = rows.loc[rows["refused"] != "", ["tracker", "source", "refused"]]
+    turned_away = rows.loc[refused(rows), ["tracker", "source", "refused"]]
     return [
         f"{LABELS.get(name, name)} would not start on {source}: {why}"
-        for name, source, why in refused.drop_duplicates().itertuples(index=False)
+        for name, source, why in turned_away.drop_duplicates().itertuples(index=False)
     ]
 
 

@@ -29,7 +29,7 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from mkt.types import Array, ArrayLike
+from mkt.types import Array, ArrayLike, NDArray
 
 SUMMARISED = (
     "overlap",
@@ -239,7 +239,7 @@ def summaries(rows: pd.DataFrame) -> pd.DataFrame:
     Parameters
     ----------
     rows : DataFrame
-        Of `mkt.experiments.sweep.sweep`.
+        Of `mkt.experiments.sweep.sweep`, or read from a file of them.
 
     Returns
     -------
@@ -257,11 +257,19 @@ def summaries(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(lines)
 
 
+def refused(rows: pd.DataFrame) -> NDArray:
+    """Which of the runs (n,) the tracker would not start.
+
+    A file has nothing where a run was not refused, and pandas reads that as NaN.
+    """
+    return (rows["refused"].notna() & (rows["refused"] != "")).to_numpy()
+
+
 def _summary(cell: pd.DataFrame) -> dict[str, float]:
-    started = cell["refused"] == ""
-    result = {"runs": len(cell), "refused": int((~started).sum())}
+    no = refused(cell)
+    result = {"runs": len(cell), "refused": int(no.sum())}
     for name in SUMMARISED:
         statistic = SHARE if name in SHARES else MEDIAN
-        value, low, high = interval(cell.loc[started, name], statistic)
+        value, low, high = interval(cell.loc[~no, name], statistic)
         result |= {name: value, f"{name}_low": low, f"{name}_high": high}
     return result

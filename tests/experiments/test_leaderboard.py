@@ -320,6 +320,18 @@ def test_whoever_refuses_scores_nothing():
     assert "would not start on b: too dark" in as_markdown(refusing)
 
 
+def test_a_board_of_a_table_that_is_read_back_is_the_same(tmp_path):
+    nothing = dict.fromkeys(sweeps.NUMBERS, np.nan)
+    rows = [row("ssd", "a", seed, 0.9 + seed / 100) for seed in range(3)]
+    for more in ([], [row("mil", "a", 0, np.nan) | nothing | {"refused": "no"}]):
+        before = board(*rows, *more)
+        sweeps.write_table(before.rows, tmp_path / "rows.csv")
+        after = replace(before, rows=pd.read_csv(tmp_path / "rows.csv"))
+        assert ranking(after)[0].overlap == pytest.approx(0.91)
+        assert as_markdown(after) == as_markdown(before)
+        assert len(refusals(after.rows)) == len(more)
+
+
 def test_the_tables_are_markdown_with_a_row_for_each_tracker():
     some = board(
         *(
@@ -372,6 +384,12 @@ def test_the_drawn_scenes_are_of_few_objects_and_say_for_what_their_intervals_sp
 def test_each_board_of_the_release_says_which_time_was_not_measured():
     for board in leaderboard.shipped():
         assert "CPU time of guided is reckoned, not measured" in board.data, board.title
+
+
+def test_the_day_of_a_release_is_that_of_its_newest_runs():
+    """A tracker runs again when its code has changed, and the others stay."""
+    for board in leaderboard.shipped():
+        assert re.search(r"The newest runs are of 20\d\d-\d\d-\d\d,", board.data)
 
 
 def test_one_start_is_no_starts(benchmarks):

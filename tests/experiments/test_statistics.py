@@ -227,6 +227,19 @@ def test_a_run_that_was_refused_is_counted_and_hides_no_other():
     assert (line["runs"], line["refused"], line["overlap"]) == (10, 1, 0.5)
 
 
+def test_a_table_that_is_read_back_says_the_same(tmp_path):
+    """Also where no run was refused, of which a file has an empty column."""
+    good = [FAKE | {"tracker": "a", "lost": 0.0}] * 3
+    nothing = dict.fromkeys(NUMBERS, np.nan)
+    no = FAKE | nothing | {"tracker": "b", "refused": "too dark"}
+    for count, rows in enumerate((good, [*good, no])):
+        before = pd.DataFrame(rows)
+        write_table(before, tmp_path / "rows.csv")
+        after = pd.read_csv(tmp_path / "rows.csv")
+        pd.testing.assert_frame_equal(summaries(after), summaries(before))
+        assert summaries(after)["refused"].sum() == count
+
+
 @pytest.mark.parametrize("statistic", STATISTICS.values(), ids=list(STATISTICS))
 def test_values_are_one_for_each_run(statistic):
     table = pd.DataFrame({"lost": [0.0, 1.0, 1.0]})

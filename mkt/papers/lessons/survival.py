@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mkt.experiments import shipped
-from mkt.experiments.statistics import MEAN, SHARE, Statistic, interval
+from mkt.experiments.statistics import MEAN, SHARE, Statistic, interval, refused
 from mkt.figures.registry import Shown, figure, shown
 from mkt.scenes import SCENES
 from mkt.trackers.by_name import LABELS, TRACKERS
@@ -49,7 +49,7 @@ def survival(fig: Figure, *, counted: str = "runs that end on the target") -> Sh
     """
     column, turned, statistic = COUNTED[counted]
     rows, made = shipped.read_runs(shipped.TRACKED)
-    values = rows[column].where(rows["refused"] == "", float(turned))
+    values = rows[column].where(~refused(rows), float(turned))
     scored = rows.assign(value=1 - values if turned else values)
     names = [name for name in TRACKERS if (rows["tracker"] == name).any()]
     cells = [
