@@ -69,7 +69,7 @@ class Made:
     command : str
         The command that makes it again.
     date : str
-        The day, as 2026-11-22.
+        The day of the newest numbers, as 2026-11-22.
     seeds : str
         The first, and the one after the last, as 1000:1032.
     versions : list of str
@@ -157,15 +157,15 @@ def write_claims(measured: Iterable[Measured], table: Path = CLAIMED) -> None:
     Raises
     ------
     ValueError
-        For other seeds than those of the claims that are kept, and for seeds that do
-        not follow one another.
+        For other seeds than those of the claims that are kept, for seeds that do not
+        follow one another, and as `check_kept` does.
     OSError
         Where it cannot be written.
     """
     fresh = {one.claim.name: one for one in measured}
+    check_kept(fresh, table)
     seeds = next(iter(fresh.values())).seeds
-    kept = read_claims(table)[0] if table.exists() else []
-    known = {one.claim.name: one for one in kept} | fresh
+    known = {one.claim.name: one for one in _kept(fresh, table)} | fresh
     if others := {tuple(one.seeds) for one in known.values()} - {tuple(seeds)}:
         raise ValueError(
             f"other claims have the seeds {list(others)[0]}; measure all of them"
@@ -183,6 +183,34 @@ def write_claims(measured: Iterable[Measured], table: Path = CLAIMED) -> None:
         for seed, value in zip(one.seeds, np.asarray(part.values, float), strict=True)
     ]
     _write(table, pd.DataFrame(rows), measured[0].seeds, {"lines": lines})
+
+
+def check_kept(fresh: Iterable[str], table: Path = CLAIMED) -> None:
+    """Refuse to measure some claims where the numbers of the others are of older code.
+
+    The table has one hash for all of them: theirs would pass for new ones.
+
+    Raises
+    ------
+    ValueError
+        Where the code has changed since.
+    DataError
+        Where the table cannot be read.
+    """
+    others = _kept(fresh, table)
+    if others and changed(table, read_claims(table)[1]):
+        raise ValueError(
+            f"the code has changed since {others[0].claim.name} of {table.name} was "
+            f"measured; measure all claims, with {COMMANDS[CLAIMED]}"
+        )
+
+
+def _kept(fresh: Iterable[str], table: Path) -> list[Measured]:
+    """The claims of a table that are not measured anew."""
+    names = {*fresh}
+    if names >= {*CLAIMS} or not table.exists():
+        return []
+    return [one for one in read_claims(table)[0] if one.claim.name not in names]
 
 
 def _described(part: Part) -> dict[str, Any]:
@@ -287,11 +315,16 @@ def renewed(table: Path, fresh: pd.DataFrame) -> pd.DataFrame:
 
     Raises
     ------
+    ValueError
+        Where a tracker has not run on all sources of the table, or has run on others
+        than the trackers that stay.
     DataError
         Where the table cannot be read.
     """
     rows, _ = read_runs(table)
-    rows = pd.concat([rows[~rows["tracker"].isin(fresh["tracker"])], fresh])
+    kept = rows[~rows["tracker"].isin(fresh["tracker"])]
+    _check_sources(table, rows, fresh, alone=kept.empty)
+    rows = pd.concat([kept, fresh])
     places = {"source": list(rows["source"].unique()), "tracker": [*by_name.TRACKERS]}
     return rows.sort_values(
         ["source", "tracker", "seed"],
@@ -300,6 +333,29 @@ def renewed(table: Path, fresh: pd.DataFrame) -> pd.DataFrame:
         ),
         ignore_index=True,
     )
+
+
+def _check_sources(
+    table: Path, rows: pd.DataFrame, fresh: pd.DataFrame, alone: bool
+) -> None:
+    """Refuse fresh runs whose means are not over the sources of the table's rows.
+
+    Where no other tracker stays, that is where they are `alone`, sources may be added.
+    """
+    wanted = {*rows["source"]}
+    for name, runs in fresh.groupby("tracker"):
+        found = {*runs["source"]}
+        missing, new = sorted(wanted - found), sorted(found - wanted)
+        if missing:
+            raise ValueError(
+                f"{table.name} has {missing[0]}, on which {name} has not run now; run "
+                "it on all sequences of the table"
+            )
+        if new and not alone:
+            raise ValueError(
+                f"{table.name} has no {new[0]}, on which {name} has run; run all "
+                "trackers on it"
+            )
 
 
 def read_runs(table: Path) -> tuple[pd.DataFrame, Made]:

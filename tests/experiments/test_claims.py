@@ -251,6 +251,14 @@ def test_a_wrong_command_is_answered_before_anything_runs(words, said, monkeypat
     assert said in stopped.value.code and stopped.value.code.startswith("mkt claims: ")
 
 
+def test_a_part_beside_older_code_is_refused_before_anything_runs(monkeypatch):
+    monkeypatch.setattr(claims, "measure", lambda *names: pytest.fail("it measured"))
+    monkeypatch.setattr(shipped, "codes_of", lambda table: {table.stem: "other"})
+    with pytest.raises(SystemExit) as stopped:
+        cli.run(cli.parse(["claims", "T09-c", "--release"]))
+    assert "measure all claims" in stopped.value.code
+
+
 def test_the_release_has_seeds_of_its_own_and_a_name_may_stand_alone(capsys):
     with pytest.raises(SystemExit):
         cli.parse(["claims", "--shipped", "--seeds", "1:30"])
@@ -308,6 +316,33 @@ def test_one_claim_that_is_measured_anew_leaves_the_others_as_they_are(tmp_path)
     torn = Measured(CLAIMS["T09-a"], [3, 1, 9, 5, 7, 2], (ones,))
     with pytest.raises(ValueError, match="do not follow one another"):
         shipped.write_claims([torn], tmp_path / "torn.csv")
+
+
+def test_a_part_of_the_claims_is_not_renewed_beside_numbers_of_older_code(
+    tmp_path, monkeypatch
+):
+    table = tmp_path / "claims.csv"
+    both = [Measured(CLAIMS[n], SIX, (Part("x", np.ones(6), 0),)) for n in NAMES[:2]]
+    shipped.write_claims(both, table)
+    before = table.with_suffix(".json").read_bytes()
+    monkeypatch.setattr(shipped, "codes_of", lambda table: {table.stem: "other"})
+    with pytest.raises(ValueError, match=f"since {NAMES[1]} of claims.csv.*--release"):
+        shipped.check_kept(NAMES[:1], table)
+    with pytest.raises(ValueError, match="measure all claims"):
+        shipped.write_claims(both[:1], table)
+    assert table.with_suffix(".json").read_bytes() == before
+    shipped.write_claims(both, table)
+    assert shipped.read_claims(table)[1].code == {"claims": "other"}
+
+
+def test_all_claims_can_be_measured_anew_where_the_old_table_is_broken(tmp_path):
+    table = tmp_path / "claims.csv"
+    table.write_text("no table")
+    with pytest.raises(DataError, match="claims.csv"):
+        shipped.check_kept(NAMES[:1], table)
+    every = [Measured(CLAIMS[n], SIX, (Part("x", np.ones(6), 0),)) for n in NAMES]
+    shipped.write_claims(every, table)
+    assert [one.claim.name for one in shipped.read_claims(table)[0]] == NAMES
 
 
 class Tabled:
@@ -601,6 +636,33 @@ def test_fresh_runs_take_the_place_of_their_trackers_old_ones():
     assert (
         table["overlap"] == rows["overlap"].where(rows["tracker"] != "guided", 0.5)
     ).all()
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        (lambda runs, first: runs[runs["source"] == first], "on which .* not run now"),
+        (lambda runs, first: runs.replace({first: "BoBoT/new"}), "has not run now"),
+        (
+            lambda runs, first: pd.concat([runs, runs.assign(source="BoBoT/new")]),
+            "has no BoBoT/new, on which ssd has run; run all trackers",
+        ),
+    ],
+)
+def test_fresh_runs_are_over_the_sequences_of_the_table(change, said):
+    rows, _ = shipped.read_runs(shipped.BOBOT)
+    fresh = change(rows[rows["tracker"] == "ssd"], rows["source"].iloc[0])
+    with pytest.raises(ValueError, match=f"bobot.csv .*{said}"):
+        shipped.renewed(shipped.BOBOT, fresh)
+
+
+def test_a_source_is_added_to_a_table_by_all_trackers_together():
+    rows, _ = shipped.read_runs(shipped.BOBOT)
+    fresh = pd.concat([rows, rows.assign(source="BoBoT/new")])
+    assert len(shipped.renewed(shipped.BOBOT, fresh)) == len(fresh)
+    few = rows[rows["source"] == rows["source"].iloc[0]]
+    with pytest.raises(ValueError, match="has not run now"):
+        shipped.renewed(shipped.BOBOT, few)
 
 
 def mostly_the_same(now, then):

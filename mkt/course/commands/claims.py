@@ -73,6 +73,10 @@ def run(args) -> None:
             print(f"{claim.name}  {claim.sentence}")
         return
     # Refused before the long work, not after it.
+    if args.release:
+        shipped.check_kept(
+            claims.CLAIMS[name].name for name in args.names or claims.CLAIMS
+        )
     if args.output and new_file(args.output).suffix != ".csv":
         raise ValueError(f"-o {args.output}: give a name that ends in .csv")
     if args.shipped:
