@@ -26,7 +26,7 @@ from mkt.regions import HX, area, corners, from_box, to_box, wrap_angle
 from mkt.tracking import Sequence, Track, Tracker, check_tracker, checked_step
 from mkt.types import Array, ArrayLike, NDArray
 
-HIT = 0.2  # Section 4 of [C14]: T_lim, at least this overlap for a true positive
+HIT = 0.2  # Section 4 of [C14]: T_lim, more than this overlap for a true positive
 SEEN = 0.5  # visible fraction above which a frame is scored
 LIMITS = np.linspace(0, 1, 21)  # of the success curve, as in OTB
 PAUSE = 5  # frames from a failure to the next start, as in VOT
@@ -319,7 +319,7 @@ def restarted(tracker: Tracker, clip: Sequence, seed: int = 0) -> Restarted:
                 run.failures.append(k)
         elif k >= ready and seen[k]:
             try:
-                state = tracker.init(frame, clip.truth[k].copy(), rng)
+                state = tracker.init(frame, np.array(clip.truth[k], float), rng)
             except ValueError:  # such as a target that is half outside the image
                 if not run.starts:
                     raise

@@ -249,7 +249,7 @@ def follow(
     if not len(clip):
         raise ValueError(f"{clip.name} has no frames, so there is nothing to follow")
     check_seed(seed)
-    first = np.array(clip.truth[0]) if start is None else checked_region(start)
+    first = np.array(clip.truth[0], float) if start is None else checked_region(start)
     if not np.all(np.isfinite(first)):
         raise ValueError(
             f"{clip.name}: the first frame has no true region; "

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from mkt.evaluation import restarted
 from mkt.scenes.drawn import Drawn
 from mkt.trackers.ssd import SSD
 from mkt.tracking import LARGE, Sequence, follow, report, track
@@ -205,6 +206,22 @@ def test_a_tracker_that_changes_its_start_changes_neither_truth_nor_track():
     regions = track(Trampling(), mine).regions
     assert (mine.truth == START).all()
     assert (regions[:, 0] == START[0] + np.arange(LENGTH)).all()
+
+
+class Halfway(Trampling):
+    """Moves its region by half a pixel, in place."""
+
+    def step(self, state, frame, rng):
+        state[:2] += 0.5
+        return state, report(state, 0.1, False, 1)
+
+
+def test_a_truth_of_whole_numbers_reaches_a_tracker_as_any_other():
+    whole = replace(clip(), truth=clip().truth.astype(int))
+    last = track(Halfway(), whole).regions[-1]
+    assert last[0] == START[0] + (LENGTH - 1) / 2
+    run = restarted(Halfway(), whole)
+    assert run.starts == [0] and (run.overlap[1:] > 0).all()
 
 
 def test_a_start_that_is_changed_later_is_still_where_the_tracker_began():

@@ -101,8 +101,8 @@ def jobs(
     Raises
     ------
     ValueError
-        For trackers without labels, what is no tracker, what gives no sequence, and
-        seeds that are not whole.
+        For trackers without labels, labels that are no text or number, what is no
+        tracker, what gives no sequence, and seeds that are not whole.
     """
     if not isinstance(trackers, Mapping):
         raise ValueError("trackers has no labels; give a dict, {label: tracker}")
@@ -118,16 +118,26 @@ def jobs(
     for seed in seeds:
         checks.check_seed(seed)
     every = list(map(int, seeds))  # numpy's own cannot be kept as text
-    named = [
-        (label.item() if isinstance(label, np.generic) else label, tracker)
-        for label, tracker in trackers.items()
-    ]
+    named = [(_checked_label(label), one) for label, one in trackers.items()]
     return [
         Job(label, tracker, source, seed)
         for source in sources
         for label, tracker in named
         for seed in every
     ]
+
+
+def _checked_label(label: Any) -> str | int | float:
+    """A label that is the same when it comes back from a file; else a ValueError.
+
+    A tuple would come back as a list, and no table counts runs under None or NaN.
+    """
+    label = label.item() if isinstance(label, np.generic) else label
+    if not isinstance(label, str | int | float) or label != label:
+        raise ValueError(
+            f"trackers has the label {reprlib.repr(label)}; give a text or a number"
+        )
+    return label
 
 
 def _several(field: str, things: Iterable[Any]) -> list[Any]:
@@ -174,7 +184,7 @@ def _refusal(job: Job, clip: Sequence) -> str:
 
     What is wrong with the job or its data is raised, here or by `track`.
     """
-    first = np.array(clip.truth[0])
+    first = np.array(clip.truth[0], float)
     if job.seed < 0 or not np.isfinite(first).all():
         return ""
     check_tracker(job.tracker)

@@ -86,6 +86,34 @@ def test_labels_may_be_numpy_s(kept):
     assert rows_in(kept) == [0, 0]
 
 
+def test_labels_are_the_same_when_they_come_back(kept):
+    trackers = {label: TWO for label in ("a", 2, 0.1)}
+    made = jobs(trackers, [Short(Drawn("base"))])
+    first, second = (sweep(made, processes=1)["tracker"].tolist() for _ in range(2))
+    assert first == second == ["a", 2, 0.1]
+
+
+class Whole(Short):
+    """Its truth is whole pixels."""
+
+    def sequence(self) -> Sequence:
+        clip = super().sequence()
+        return dataclasses.replace(clip, truth=clip.truth.round().astype(int))
+
+
+class Halfway(SSD):
+    """Starts half a pixel beside, which it writes into the region that it is given."""
+
+    def init(self, frame, region, rng):
+        region[:2] += 0.5
+        return super().init(frame, region, rng)
+
+
+def test_a_truth_of_whole_numbers_is_no_reason_to_refuse():
+    row = sweeps.run(Job("own", Halfway(), Whole(Drawn("base"))))
+    assert row["refused"] == "" and row["overlap"] > 0.5
+
+
 def test_a_sweep_of_no_jobs_has_the_columns_of_any_other():
     assert {"source", "tracker", "overlap"} <= set(sweep([]).columns)
     assert not len(sweep([])) and summaries(sweep([])).empty
@@ -96,6 +124,9 @@ def test_a_sweep_of_no_jobs_has_the_columns_of_any_other():
     [
         (SSD(), [Drawn("base")], (0,), "trackers has no labels"),
         ({"ssd": SSD}, [Drawn("base")], (0,), "is no tracker"),
+        ({("ssd", 10): SSD()}, [Drawn("base")], (0,), r"label \('ssd', 10\); give a"),
+        ({None: SSD()}, [Drawn("base")], (0,), "label None; give a text or a number"),
+        ({np.nan: SSD()}, [Drawn("base")], (0,), "label nan; give a text or a number"),
         ({"ssd": SSD()}, Drawn("base"), (0,), "sources is Drawn.*several"),
         ({"ssd": SSD()}, "base", (0,), "sources is 'base'; give several"),
         ({"ssd": SSD()}, ["base"], (0,), "'base' is no source of a sequence"),
