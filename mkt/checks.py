@@ -39,7 +39,7 @@ def one_of(specification: Any, **known: Collection[str]) -> None:
 
 def check_known(name: str, value: Any, values: Collection[str]) -> None:
     """Refuse an argument, or a field, whose value is not a known one."""
-    if value not in values:
+    if not (isinstance(value, str) and value in values):
         raise ValueError(f"{name} is {value!r}; it must be one of {', '.join(values)}")
 
 

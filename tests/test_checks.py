@@ -14,13 +14,18 @@ def spec(value):
 
 
 def kinds(specification, field):
-    checks.one_of(specification, **{field: ("one", "two")})
+    checks.one_of(specification, **{field: {"one": 1, "two": 2}})
 
 
 @pytest.mark.parametrize(
     "check, good, bad, says",
     [
-        (kinds, ["one", "two"], ["three", None], "it must be one of one, two"),
+        (
+            kinds,
+            ["one", "two"],
+            ["three", None, ["one"], 1],
+            "it must be one of one, two",
+        ),
         (
             checks.positive,
             [1, 0.5, np.float64(3)],

@@ -14,14 +14,14 @@ The tracker that does nothing else is `mkt.trackers.ssd.SSD`.  Explained in note
 """
 
 from functools import lru_cache
-from math import cos, exp, sin, sqrt
+from math import cos, exp, isfinite, sin, sqrt
 from threading import get_ident
 from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from mkt.checks import locked
+from mkt.checks import in_words, locked
 from mkt.colors import BinImage
 from mkt.histograms import (
     Target,
@@ -32,7 +32,7 @@ from mkt.histograms import (
 )
 from mkt.homographies import angles, turning
 from mkt.kernels import Kernels
-from mkt.regions import THETA, wrap_angle
+from mkt.regions import HX, THETA, wrap_angle
 from mkt.types import Array, NDArray, Region
 
 EMPTY = 1e-6  # bins with less carry no first-order information: zero rows of J_U
@@ -209,14 +209,24 @@ class Prior(NamedTuple):
     weights: Array
 
     def check(self) -> None:
-        """Refuse a region that is none, and weights that are not four, from 0 on."""
+        """Refuse a region that is none, and weights that are not four, from 0 on.
+
+        It looks at plain numbers, as `moved` does: numpy's functions, and with them
+        `mkt.checks.checked_region`, cost more for so few.
+        """
         if np.shape(self.region) != (5,):
             raise ValueError(
                 f"region has the shape {np.shape(self.region)}; "
                 "a prior needs one region (cx, cy, theta, hx, hy)"
             )
+        numbers = np.asarray(self.region, float).tolist()
+        hx, hy = numbers[HX:]
+        if not (all(map(isfinite, numbers)) and min(hx, hy, hx * hy) > 0):
+            raise ValueError(
+                f"region is {in_words(numbers)}; "
+                "a prior needs finite numbers, and half axes above 0"
+            )
         four = np.shape(self.weights) == (4,)
-        # Plain numbers, as in `moved`: numpy's functions cost more for so few.
         if not (four and all(w >= 0 for w in np.asarray(self.weights).tolist())):
             raise ValueError(
                 f"weights are {self.weights}; a prior needs four from 0 on, "
@@ -225,7 +235,7 @@ class Prior(NamedTuple):
 
     def off(self, regions: Array) -> Array:
         """The offsets x - x* of regions (..., 5), in their own frames: (..., 4)."""
-        cx, cy, theta, hx, hy = self.region.tolist()
+        cx, cy, theta, hx, hy = np.asarray(self.region).tolist()
         x, y, angle, wide, high = regions.T
         dx, dy = (x - cx) / sqrt(hx * hy), (y - cy) / sqrt(hx * hy)
         s, c = np.sin(angle), np.cos(angle)
@@ -372,7 +382,7 @@ def minimise(
     ------
     ValueError
         For an image with other bins than the target's, and for a prior whose region is
-        none, or whose weights are not four numbers from 0 on.
+        none or has no area, or whose weights are not four numbers from 0 on.
     """
     target.check(image)
     if prior is not None:

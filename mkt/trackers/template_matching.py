@@ -131,6 +131,7 @@ class TemplateMatching:
 
     def _span(self, low: float, side: int, full: int) -> slice:
         """From where to where one side of the box is searched, in an image's side."""
-        first = int(np.clip(round(low - self.reach * side), 0, full - side))
-        last = int(np.clip(round(low + (1 + self.reach) * side), side, full))
+        # Clipped first, for what is infinite cannot be rounded.
+        first = round(np.clip(low - self.reach * side, 0, full - side))
+        last = round(np.clip(low + (1 + self.reach) * side, side, full))
         return slice(first, max(last, first + side))

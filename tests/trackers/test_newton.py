@@ -297,6 +297,32 @@ def test_a_prior_has_four_weights_from_0_on(weights):
         minimise(target, image, clip.truth[0], 2, prior=Prior(np.ones(4), np.ones(4)))
 
 
+@pytest.mark.parametrize(
+    "region",
+    [np.zeros(5), [20.0, 15, 0, 8, np.nan], [20, 15, 0, -8, 6], [1e400, 15, 0, 8, 6]],
+)
+def test_a_prior_has_a_finite_region_with_an_area(region):
+    clip = scene()
+    image, target = learnt(clip)
+    with pytest.raises(ValueError, match="region is .*; a prior needs finite numbers"):
+        minimise(target, image, clip.truth[0], 2, prior=Prior(region, np.ones(4)))
+
+
+def test_a_prior_of_lists_is_that_of_arrays():
+    clip = scene()
+    image, target = learnt(clip)
+    start, weights = displaced(clip.truth[0], 3, -2), np.array([1.0, 1.0, np.inf, 3.0])
+    told = [
+        minimise(target, image, start, 3, prior=prior)
+        for prior in (
+            Prior(clip.truth[0], weights),
+            Prior(clip.truth[0].tolist(), weights.tolist()),
+        )
+    ]
+    assert (told[0][0] == told[1][0]).all() and told[0][1] == told[1][1]
+    assert Prior(clip.truth[0].tolist(), weights.tolist()).cost(start) > 0
+
+
 def test_a_reference_of_other_kernels_is_refused():
     q, dq = np.full((9, 20), 0.05), np.zeros((9, 20, 4))
     with pytest.raises(

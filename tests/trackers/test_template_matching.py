@@ -87,6 +87,19 @@ def test_reach_says_how_far_it_looks():
     assert costs == [31 * 21, 61 * 41]
 
 
+@pytest.mark.parametrize("reach, looked_at", [(1e308, 131 * 101), (1e-18, 1)])
+def test_the_template_fits_into_what_is_searched_at_any_reach(reach, looked_at):
+    """Both ends of 25.5 to 50.5 would be rounded to the even one, a pixel too few."""
+    clip = sliding([(60, 50)] * 2)
+    tracker = TemplateMatching(reach=reach)
+    state = tracker.init(clip.frames[0], clip.truth[0], np.random.default_rng(0))
+    assert tracker.step(state, clip.frames[1], None)[1]["evaluations"] == looked_at
+    odd = state._replace(template=state.template[:19, :25])
+    odd = odd._replace(region=from_box((25.5, 25.5, 25, 19)))
+    rows, columns = tracker.window(odd, clip.frames[1].shape)
+    assert rows.stop - rows.start >= 19 and columns.stop - columns.start >= 25
+
+
 def test_the_distance_is_that_of_the_highest_correlation():
     """A jump that the local search cannot follow: little is like the template there."""
     clip = sliding([(10, 10), (120, 90)])
