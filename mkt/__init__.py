@@ -3,17 +3,16 @@
 What can be read in an afternoon is *the method*, seven files, and after it the three
 trackers of [T09], on which all others are variations:
 
-1. `mkt.regions`, the one currency: oriented rectangles in an image, and
-   `mkt.homographies`, planes in space;
-2. `mkt.colors`, from a frame to an image of bins, and `mkt.edges`, another such image;
+1. `mkt.regions`, the one currency: oriented rectangles in an image;
+2. `mkt.colors`, from a frame to an image of bins;
 3. `mkt.kernels`, where an object is looked at, and with what weight;
 4. `mkt.histograms`, what is seen there, and how alike two looks are;
 5. `mkt.particles`, motion models and resampling;
 6. `mkt.tracking`, what a tracker is, and the loop;
 7. `mkt.evaluation`, how well a track fits the truth;
 
-beside them, for the wishes of [N03], `mkt.neighbours`, `mkt.silhouettes` and
-`mkt.autoregression`;
+beside them `mkt.homographies`, planes in space, `mkt.edges`, another image of bins, and
+for the wishes of [N03] `mkt.neighbours`, `mkt.silhouettes` and `mkt.autoregression`;
 
 then `mkt.trackers.ssd` with the steps of `mkt.trackers.newton`,
 `mkt.trackers.particle_filter`, `mkt.trackers.combined` [T09],
@@ -31,7 +30,7 @@ then `mkt.trackers.ssd` with the steps of `mkt.trackers.newton`,
 The rest of the house, from the ground up; a wing knows only those below it:
 
 =================  =================================================================
-the method         the seven, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
+the method         see above, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `mkt.registry`, `mkt.types`
 `mkt.trackers`     see above
 `mkt.scenes`       made of `~mkt.scenes.textures`, which are photographs

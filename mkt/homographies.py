@@ -147,9 +147,9 @@ def through(homographies: Array, points: ArrayLike) -> Array:
 
     A point at the horizon, or beyond, goes very far away.
     """
-    h = np.asarray(homographies)[..., None, :, :]
-    u = np.asarray(points, float) @ np.swapaxes(h[..., 0, :, :2], -1, -2)
-    u = u + h[..., 0, :, 2][..., None, :]
+    h = np.asarray(homographies)
+    u = np.asarray(points, float) @ np.swapaxes(h[..., :2], -1, -2)
+    u = u + h[..., None, :, 2]
     return u[..., :2] / np.maximum(u[..., 2:], HORIZON)
 
 

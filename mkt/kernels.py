@@ -283,7 +283,7 @@ def of_kernels(value: Any, name: str) -> None:
 def _pixel_grid(samples: int, aspect: float) -> Array:
     """Centres (n, 2) of about `samples` equal cells, square on an object's plane."""
     nx = round(min(max((samples * aspect) ** 0.5, 1), samples))
-    ny = max(round(samples / nx), 1)
+    ny = round(samples / nx)
     along_x = (2 * np.arange(nx) + 1) / nx - 1
     along_y = (2 * np.arange(ny) + 1) / ny - 1
     x, y = np.meshgrid(along_x, along_y)
