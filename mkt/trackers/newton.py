@@ -224,7 +224,7 @@ class Prior(NamedTuple):
         if not (all(map(isfinite, numbers)) and min(hx, hy, hx * hy) > 0):
             raise ValueError(
                 f"region is {in_words(numbers)}; "
-                "a prior needs finite numbers, and half axes above 0"
+                "give the prior finite numbers, and half axes above 0"
             )
         four = np.shape(self.weights) == (4,)
         if not (four and all(w >= 0 for w in np.asarray(self.weights).tolist())):

@@ -304,7 +304,7 @@ def test_a_prior_has_four_weights_from_0_on(weights):
 def test_a_prior_has_a_finite_region_with_an_area(region):
     clip = scene()
     image, target = learnt(clip)
-    with pytest.raises(ValueError, match="region is .*; a prior needs finite numbers"):
+    with pytest.raises(ValueError, match="region is .*; give the prior finite numbers"):
         minimise(target, image, clip.truth[0], 2, prior=Prior(region, np.ones(4)))
 
 
