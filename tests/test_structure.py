@@ -4,6 +4,7 @@ Each heavy package has few doors.
 """
 
 import ast
+import re
 import sys
 from pathlib import Path
 
@@ -130,6 +131,13 @@ LIGHT = (
     "course/environment",
     "course/labs/__init__",
 )
+
+
+def test_the_method_is_seven_files():
+    text = ast.get_docstring(ast.parse((PACKAGE / "__init__.py").read_text("utf-8")))
+    points = re.findall(r"^\d\. (.+?);$", text, re.MULTILINE | re.DOTALL)
+    assert "*the method*, seven files" in text and len(points) == 7
+    assert all(point.count("`mkt.") == 1 for point in points)
 
 
 def test_the_map_is_light():
