@@ -39,6 +39,12 @@ def test_changes_are_in_units_of_the_target():
     assert np.allclose(changes(track), changes(larger))
 
 
+def test_a_step_is_counted_in_the_size_before_it():
+    """As `predict` takes it: of a target that doubles its size, not in the new one."""
+    track = np.array([[0, 0, 0, 20, 5], [10, -5, 0.3, 40, 10.0]])
+    np.testing.assert_allclose(changes(track), [[1, -0.5, 0.3, np.log(2)]])
+
+
 def test_a_prediction_adds_the_change_that_it_keeps():
     model = AutoRegression((0.5, 1.0, 0.5), (0, 0, 0), (0, 0, 0))
     before = Particles(np.array([START]), np.array([[0.2, -0.4, 0.3, 0.1]]))

@@ -241,3 +241,13 @@ def test_the_brightness_is_that_of_the_eye_to_which_red_is_brighter_than_blue():
     frame = np.zeros((3, 9, 3), np.uint8)
     frame[:, :4, 2] = frame[:, 4:, 0] = 255
     assert EdgeBins()(frame).labels[1, 3:5].tolist() == [0, 0]
+
+
+def test_of_directions_too_nothing_is_counted_in_a_region_that_is_not_finite():
+    """And the finite regions beside it are counted as if they were alone."""
+    frame = np.random.default_rng(0).integers(0, 256, (60, 80, 3), dtype=np.uint8)
+    image, kernels = EdgeBins()(frame), Kernels("3x3", aspect=1.5)
+    here = np.array([40.0, 30.0, 0.4, 15.0, 10.0])
+    both = histograms(image, kernels, [np.full(5, np.nan), here])
+    assert (both[0] == 0).all()
+    np.testing.assert_array_equal(both[1], histograms(image, kernels, here)[0])

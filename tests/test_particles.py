@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -119,7 +119,7 @@ def test_weights_that_count_nothing_have_no_effective_sample_size(bad):
         effective_sample_size(bad)
 
 
-@pytest.mark.parametrize("total", [0.5, 2])
+@pytest.mark.parametrize("total", [0.5, 0.999, 1.001, 2])
 def test_an_estimate_needs_weights_of_sum_one(total):
     weights = np.full(2, total / 2)
     with pytest.raises(ValueError, match="make them of sum 1"):
@@ -306,6 +306,13 @@ def test_residual_copies_the_whole_parts_and_draws_just_the_rest(w, seed):
     assert np.all(copies >= certain)
     # Nobody without a rest is drawn on top of his whole part.
     assert np.all((copies == certain)[left == 0])
+
+
+@given(st.integers(1, 300))
+@example(93)  # 93 times a 93rd is a little less than 1
+def test_residual_copies_each_of_equal_particles_once(n):
+    certain, left = whole_and_rest(np.full(n, 1 / n))
+    assert (certain == 1).all() and left == pytest.approx(np.zeros(n))
 
 
 def test_only_whole_parts_are_certain():

@@ -133,6 +133,16 @@ def test_the_modes_follow_the_couple_of_frames_rule():
     assert modes == [TRACKING] * 6 + [INITIALISING] * 2 + [TRACKING]
 
 
+def test_as_many_particles_as_the_printed_share_are_not_yet_more_than_it():
+    """29 of 100 are a share of .29, though .29 x 100 is below 29 in a computer."""
+    tracker = Adaptive(n=100, b=0.29, patience=1)
+    truth = GROWING.sequence().truth[0]
+    state = tracker.init(render(GROWING, 0), truth, np.random.default_rng(0))
+    waiting = state._replace(mode=INITIALISING)
+    modes = [tracker.switched(waiting, k).mode for k in (28, 29, 30)]
+    assert modes == [INITIALISING, INITIALISING, TRACKING]
+
+
 @pytest.mark.parametrize("frame", [0, 30])
 def test_the_particles_above_the_limit_are_counted(frame):
     """While the car is out of view, and when it has come."""

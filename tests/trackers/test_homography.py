@@ -344,3 +344,21 @@ def test_a_step_trusts_each_kernel_of_a_plane_by_its_likeness():
         step_from(target, image, here, "affine"), expected, rtol=1e-4, atol=1e-7
     )
     assert not np.allclose(expected, newton.newton_step(q, dq, target.q), rtol=1e-2)
+
+
+def test_an_optimiser_that_ends_where_no_camera_could_stand_has_not_moved(monkeypatch):
+    clip = card("base", 3).sequence()
+    tracker = PlaneSSD()
+    state = tracker.init(clip.frames[0], clip.truth[0], np.random.default_rng(0))
+    image, start = tracker.bins(clip.frames[0]), state.homography
+    huge = moved(start, np.array([0, 0, 0, 2.0]), HALF_SIDES)
+    monkeypatch.setattr(homography, "minimise", lambda *_: (huge, 3))
+    found, d, steps = tracker.refine(state, image, start)
+    np.testing.assert_array_equal(found, start)
+    assert d < 0.1 and steps == 3 * len(state.targets)
+
+
+def test_a_plane_is_not_sought_in_an_image_of_other_bins(car):
+    region, ((_, target), (other, _)) = car
+    with pytest.raises(ValueError, match="but the reference 110; make both with the"):
+        minimise(target, other, of_regions(region), 3, "homography")

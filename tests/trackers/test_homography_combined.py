@@ -5,6 +5,7 @@ import pytest
 
 from mkt.homographies import moved
 from mkt.scenes.cards import card
+from mkt.trackers.homography import PlaneSSD
 from mkt.trackers.homography_combined import PlaneCombined
 
 
@@ -47,3 +48,27 @@ def test_a_combination_on_planes_scatters_over_one_to_eight_parameters(length):
         PlaneCombined(spread=(0.1,) * 9)
     with pytest.raises(ValueError, match="n"):
         PlaneCombined(n=0)
+
+
+@pytest.mark.parametrize("lost_above, lost", [(0.01, True), (0.6, False)])
+def test_what_the_optimiser_ends_on_is_judged_by_its_own_limit(lost_above, lost):
+    """Whatever the filter before it thought of the place."""
+    clip, rng = card("base", 2).sequence(), np.random.default_rng(0)
+    ssd = PlaneSSD(iterations=3, lost_above=lost_above)
+    tracker = PlaneCombined(n=30, ssd=ssd, threshold=1.0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    _, info = tracker.step(state, clip.frames[3], rng)
+    assert info["steps"] >= 2 and info["lost"] == lost
+
+
+def test_particles_of_a_plane_weigh_by_the_printed_likelihood():
+    """Exp of -20 times the sum over the kernels of d^2, (13) of [T09]."""
+    clip, tracker = card("base", 2).sequence(), PlaneCombined(n=30)
+    state = tracker.init(clip.frames[0], clip.truth[0], np.random.default_rng(0))
+    _, info = tracker.step(state, clip.frames[1], np.random.default_rng(1))
+    noise = np.random.default_rng(1).standard_normal((30, 4))
+    half_sides = state.target.kernels.half_sides
+    places = moved(state.ssd.homography, tracker.spread * noise, half_sides)
+    rho = state.target.coefficients(tracker.ssd.bins(clip.frames[1]), places)
+    expected = np.exp(-20 * np.sum(1 - rho, axis=-1))
+    np.testing.assert_allclose(info["weights"], expected / expected.sum(), rtol=1e-4)

@@ -331,6 +331,14 @@ def test_a_reference_of_other_kernels_is_refused():
         newton_step(q, dq, q[:1])
 
 
+def test_a_target_is_not_sought_in_an_image_of_other_bins():
+    clip = scene()
+    _, target = learnt(clip)
+    image = ColorBins("rgb", (5, 5, 5))(clip.frames[0])
+    with pytest.raises(ValueError, match="has 125 bins, but the reference 110; make"):
+        minimise(target, image, clip.truth[0], 3)
+
+
 def test_a_turn_beyond_the_half_is_a_small_one_the_other_way():
     region = np.array([100.0, 80.0, 3.0, 40.0, 25.0])
     prior = Prior(region, np.ones(4))
