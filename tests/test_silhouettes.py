@@ -74,6 +74,35 @@ def test_a_mask_lies_over_the_region_and_not_beside_it():
     assert np.allclose(mask, mask[::-1], atol=0.1)
 
 
+def test_grab_cut_finds_the_same_whatever_was_drawn_before():
+    """It starts from random clusters; here other ones end on another mask."""
+    clip, masks = Varied("cut-out", 1).sequence(), []
+    for seed in (1, 2, 3):
+        cv2.setRNGSeed(seed)
+        masks.append(grabbed(clip.frames[0], clip.truth[0]))
+    assert np.array_equal(masks[0], masks[1]) and np.array_equal(*masks[1:])
+
+
+@pytest.mark.parametrize("half, found", [(4, False), (12, True)])
+def test_a_speck_of_the_region_is_not_taken_for_the_target(half, found):
+    """Of 60 x 60 px it is 8 x 8 or 24 x 24 in another colour."""
+    noise = np.random.default_rng(0).normal(90, 6, (120, 120, 3))
+    frame = np.clip(noise, 0, 255).astype(np.uint8)
+    frame[60 - half : 60 + half, 60 - half : 60 + half] = (230, 30, 40)
+    mask = grabbed(frame, [59.5, 59.5, 0, 30, 30])
+    assert 0.1 < mask.mean() < 0.2 if found else mask.all()
+
+
+def test_shares_of_colours_are_means_of_three_pixels():
+    """At the border of two colours two steps of a third lie between their shares."""
+    frame = np.full((200, 200, 3), 90, np.uint8)
+    frame[76:124, 100:124] = (200, 30, 40)
+    ground, *between, target = by_colour(frame, [99.5, 99.5, 0, 24, 24])[20, 22:26]
+    assert ground < 0.5 and target == pytest.approx(1)
+    steps = ground + (target - ground) * np.array([1, 2]) / 3
+    np.testing.assert_allclose(between, steps)
+
+
 def test_what_is_not_found_is_all_of_the_box():
     frame = np.full((80, 80, 3), 90, np.uint8)
     assert grabbed(frame, [40, 40, 0, 12, 9]).all()
@@ -115,6 +144,14 @@ def test_a_silhouette_counts_only_what_the_mask_shows():
     whole = Silhouette(**BOX).fitted([0, 0, 0, 20, 10])
     plain = Kernels(**BOX).fitted([0, 0, 0, 20, 10])
     assert np.allclose(whole.weights, plain.weights)
+
+
+def test_kernels_beside_the_mask_still_see_something():
+    """A part that nothing is seen of would be refused."""
+    middle = np.zeros((SIDE, SIDE))
+    middle[20:28, 20:28] = 1
+    shown = masked(Kernels("tiles", "uniform"), middle).fitted([0, 0, 0, 20, 10])
+    assert np.allclose(shown.weights.sum(1), 1)
 
 
 def test_a_second_mask_leaves_what_the_first_one_shows_too():

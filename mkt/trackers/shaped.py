@@ -9,7 +9,7 @@ Explained in notebook 17.
 from dataclasses import dataclass
 
 from mkt import checks
-from mkt.checks import checked_frame, checked_region
+from mkt.checks import checked_frame
 from mkt.histograms import learn
 from mkt.silhouettes import SHAPES, masked
 from mkt.trackers.particle_filter import FilterState, ParticleFilter
@@ -40,7 +40,6 @@ class Shaped(ParticleFilter):
     def init(self, frame: Frame, region: Region, rng: Rng) -> FilterState:
         """Learn the shape, then the reference, and scatter particles."""
         frame = checked_frame(frame)
-        region = checked_region(region)
         kernels = masked(self.kernels, SHAPES[self.shape](frame, region))
         target = learn(self.bins(frame), region, kernels)
         return FilterState(target, self.motion.scatter(region, self.n, rng))

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from mkt.colors import ColorBins
 from mkt.histograms import counts
 from mkt.kernels import Kernels
-from mkt.trackers.close_up import close_up, cut_out
+from mkt.regions import area
+from mkt.trackers.close_up import close_up, cut_out, fitting_pitch
 from tests.trackers.scenes import STANDING
 
 BINS = ColorBins()
@@ -33,6 +34,16 @@ def test_a_close_up_shows_what_the_whole_frame_does(place, size, pitch):
         whole = counts(BINS(FRAME), kernels, region)
         differing = np.abs(counts(image, kernels, region) - whole).sum()
         assert differing < 0.02 * len(kernels.points)
+
+
+@given(st.floats(1, 600), st.floats(1, 600), st.integers(100, 5000))
+def test_of_a_fitting_pitch_samples_meet_pixels_of_their_own(hx, hy, samples):
+    """No fewer pixels than samples, and as few as this allows."""
+    region = np.array([300.0, 200.0, 0.2, hx, hy])
+    pitch = fitting_pitch(Kernels(samples=samples), region)
+    pixels = area(region) / np.array([pitch, pitch + 1]) ** 2
+    assert pitch == 1 or pixels[0] >= samples * (1 - 1e-9)
+    assert pixels[1] < samples * (1 + 1e-9)
 
 
 def halves(border, axis):

@@ -70,6 +70,13 @@ def test_gains_stay_within_two_stops():
     assert now.gains.max() <= BOUNDS[1]
 
 
+@pytest.mark.filterwarnings("error")
+def test_of_what_is_black_no_light_is_told():
+    black = np.zeros_like(patches())
+    light = followed(first(black), black, REGION, 1.0)
+    assert (light.gains == 1).all()
+
+
 def replace_gains(light, gain):
     return light._replace(gains=np.full(3, gain))
 

@@ -359,6 +359,6 @@ def test_an_optimiser_that_ends_where_no_camera_could_stand_has_not_moved(monkey
 
 
 def test_a_plane_is_not_sought_in_an_image_of_other_bins(car):
-    region, ((_, target), (other, _)) = car
-    with pytest.raises(ValueError, match="but the reference 110; make both with the"):
-        minimise(target, other, of_regions(region), 3, "homography")
+    region, ((fewer, _), (_, target)) = car
+    with pytest.raises(ValueError, match="the image has 110 bins, but the reference"):
+        minimise(target, fewer, of_regions(region), 3, "homography")

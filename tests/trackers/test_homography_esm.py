@@ -211,3 +211,42 @@ def test_esm_refuses_what_it_hardly_sees(region):
     frame = card("base", 0).sequence().frames[0]
     with pytest.raises(ValueError, match="most of the region .* outside the image"):
         PlaneESM().init(frame, np.array(region, float), None)
+
+
+@pytest.mark.parametrize("inside, seen", [(0.5, True), (0.1, False)])
+def test_esm_says_nothing_of_an_object_of_which_hardly_anything_is_in_the_frame(
+    inside, seen
+):
+    """At a tenth it is neither learnt nor followed; at a half it is."""
+    clip, rng = card("base", 0).sequence(), np.random.default_rng(0)
+    frame, region, tracker = clip.frames[0], clip.truth[0].copy(), PlaneESM(blurs=(5,))
+    state = tracker.init(frame, region, rng)
+    cut = round(region[0] + (1 - 2 * inside) * region[3])
+    part, there = frame[:, cut:], region - [cut, 0, 0, 0, 0]
+    _, correlation, steps = tracker.refine(state, part, of_regions(there))
+    if seen:
+        assert correlation > 0.95 and steps > 0
+        tracker.init(part, there, rng)
+    else:
+        assert correlation == steps == 0
+        with pytest.raises(ValueError, match="most of the region"):
+            tracker.init(part, there, rng)
+
+
+@pytest.mark.parametrize("k", range(8))
+def test_esm_steps_in_what_a_picture_shows_but_faintly(k):
+    """Of a pattern in the middle alone a tilt changes few pixels, by little."""
+    sides, x = np.array([1.25, 0.8]), 0.02 * np.eye(8)[k]
+    seen = spot(moved(np.eye(3), -x, sides))
+    step, _ = esm_step(spot(np.eye(3)), seen)
+    assert step[k] == pytest.approx(x[k], rel=0.1)
+
+
+def spot(homography):
+    """A smooth picture (80, 125) with a pattern in the middle of the square alone."""
+    x, y = np.meshgrid(np.arange(125), np.arange(80))
+    grid = np.column_stack([(x.ravel() - 62) / 62.5, (y.ravel() - 39.5) / 40])
+    u, v = through(homography, grid).T
+    pattern = np.sin(9 * u + 1) + np.cos(8 * v) + np.sin(12 * u * v + 2 * u)
+    shown = 100 + 60 * np.exp(-(u**2 + v**2) / 0.08) * pattern
+    return shown.reshape(80, 125).astype(np.float32)

@@ -1,5 +1,6 @@
 """The last word: pixels bring a region back to its picture, or say that they cannot."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -7,7 +8,15 @@ from mkt.evaluation import overlap
 from mkt.regions import displaced, size
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
-from mkt.trackers.last_word import PIXELS, _close_up, _over, aligned, picture_of
+from mkt.trackers.last_word import (
+    BLUR,
+    PIXELS,
+    _close_up,
+    _CloseUp,
+    _over,
+    aligned,
+    picture_of,
+)
 
 CLIP = Scene(Layer("car", 80.0, ((0.0, 159.5, 119.5, 0.2, 1.0),)), length=2).sequence()
 FRAME, REGION = CLIP.frames[0], CLIP.truth[0]
@@ -62,6 +71,20 @@ def test_the_close_up_has_room_for_the_steps(pitch, dtheta):
     fifth = 0.2 * size(REGION)
     for dx, dy in ((fifth, 0), (-fifth, 0), (0, fifth), (0, -fifth)):
         assert np.isfinite(_over(close_up, displaced(start, dx, dy), picture)).all()
+
+
+@pytest.mark.parametrize("half", [4, 8, 20])
+def test_a_close_up_is_smoothed_as_the_whole_frame_is_as_far_as_the_steps_go(half):
+    """Its own border comes into no pixel of the object."""
+    region, picture = np.array([*REGION[:2], 0.2, half, half]), np.zeros((30, 30))
+    grey = cv2.cvtColor(FRAME, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    whole = _CloseUp(cv2.GaussianBlur(grey, BLUR, 0), np.zeros(2), 1)
+    part = _close_up(FRAME, region, 1)
+    room = 0.25 * half
+    for dx, dy in ((0, 0), (room, 0), (-room, 0), (0, room), (0, -room)):
+        there = displaced(region, dx, dy)
+        seen = _over(part, there, picture)
+        np.testing.assert_allclose(seen, _over(whole, there, picture), atol=0.01)
 
 
 def test_another_light_makes_no_difference():

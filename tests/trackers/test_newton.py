@@ -334,8 +334,8 @@ def test_a_reference_of_other_kernels_is_refused():
 def test_a_target_is_not_sought_in_an_image_of_other_bins():
     clip = scene()
     _, target = learnt(clip)
-    image = ColorBins("rgb", (5, 5, 5))(clip.frames[0])
-    with pytest.raises(ValueError, match="has 125 bins, but the reference 110; make"):
+    image = ColorBins("rgb", (4, 4, 4))(clip.frames[0])
+    with pytest.raises(ValueError, match="has 64 bins, but the reference 110; make"):
         minimise(target, image, clip.truth[0], 3)
 
 

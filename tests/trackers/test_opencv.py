@@ -220,6 +220,26 @@ def test_meanshift_moves_its_window_onto_the_hue_and_says_how_sure_it_is():
     assert 0.5 < info["distance"] < 0.8
 
 
+def test_hues_more_probable_than_at_the_first_look_are_at_no_distance():
+    """A third of the box had a rarer hue, and then has the most frequent one."""
+    first = patch(patch(flat(100), (40, 30, 40, 40), 20), (80, 30, 20, 40), 60)
+    later = patch(first, (80, 30, 20, 40), 20)
+    state = MeanShift().init(first, from_box((40, 30, 60, 40)), None)
+    _, info = MeanShift().step(state, later, None)
+    assert state.first < 0.9 and info["distance"] == 0 and not info["lost"]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", SHIFTS)
+def test_of_a_region_far_larger_than_the_image_all_hues_are_learnt(name):
+    """Its corners are at numbers that OpenCV cannot hold."""
+    frame = patch(flat(100), (40, 30, 40, 40), 20)
+    huge = np.array([9e8, 60.0, np.pi / 4, 1e9, 1e9])
+    all_of_it = RIVALS[name].init(frame, from_box((0, 0, 160, 120)), None)
+    hues = RIVALS[name].init(frame, huge, None).hues
+    np.testing.assert_array_equal(hues, all_of_it.hues)
+
+
 def test_camshift_finds_middle_turn_and_half_sides():
     frame = patch(flat(100), (30, 40, 60, 24), 20)
     tracker = CamShift()

@@ -65,6 +65,16 @@ def test_the_size_never_changes():
     np.testing.assert_allclose(regions[:, 3:], np.tile(np.array(SIZE) / 2, (3, 1)))
 
 
+@pytest.mark.parametrize("size", [(29.5, 20.5), (30.4, 19.6), (0.3, 12.0)])
+def test_a_box_of_fractions_of_pixels_keeps_its_middle(size):
+    """Its sides become whole, half of what is lacking on either side."""
+    clip = sliding([(40, 40)])
+    region = from_box((40.25, 40.5, *size))
+    state = TemplateMatching().init(clip.frames[0], region, None)
+    np.testing.assert_allclose(state.region[:2], region[:2])
+    assert abs(2 * state.region[3:] - size).max() <= 0.7
+
+
 @pytest.mark.parametrize("place", [(0, 0), (130, 100)])
 def test_a_target_at_the_border_is_searched_for_inside_the_image(place):
     clip = sliding([place, place])

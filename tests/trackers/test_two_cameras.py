@@ -7,6 +7,7 @@ import pytest
 from mkt.histograms import log_likelihood
 from mkt.particles import mean_region, normalised
 from mkt.scenes.two_cameras import FRAMES, TwoViews, homographies, seen
+from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.two_cameras import (
     BYTES,
     FLOOR,
@@ -60,20 +61,21 @@ def test_both_see_the_same_point_of_the_ground():
     assert TwoViews(1) == TwoViews(1) and TwoViews(1).truth.shape == (FRAMES, 5)
 
 
-def two(talking=True):
+def two(talking=True, **filters):
     """A pair on its first frames, its states, and the frames."""
     views, (first, second) = TwoViews(3), homographies()
     starts = tuple(seen(H, views.truth[0]) for H in (first, second))
-    pair = TwoCameras((first, second), talking=talking)
+    pair = TwoCameras((first, second), ParticleFilter(n=100, **filters), talking)
     return pair, pair.init(views.frames(0), starts, np.random.default_rng(0)), views
 
 
-def test_a_camera_says_the_mean_and_the_spread_of_what_it_sees():
-    pair, states, views = two()
+@pytest.mark.parametrize("combine", ["sum", "mean"])
+def test_a_camera_says_the_mean_and_the_spread_of_what_it_sees(combine):
+    pair, states, views = two(combine=combine)
     look = pair._look(1, states[1], views.frames(1)[1], np.random.default_rng(1))
     image = pair.filter.bins(views.frames(1)[1])
     rho = states[1].target.coefficients(image, look.cloud.regions)
-    logs = log_likelihood(rho, pair.filter.lam, pair.filter.combine)
+    logs = log_likelihood(rho, pair.filter.lam, combine)
     weights = normalised(logs)
     assert look.said is not None
     np.testing.assert_allclose(look.said.mean, weights @ look.ground, rtol=1e-6)
