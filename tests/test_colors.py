@@ -201,3 +201,19 @@ def test_a_shift_of_half_a_bin_begins_the_next_bin_half_a_bin_earlier():
     bins = ColorBins("rgb", shift=(0.5, 0.0, 0.0))
     reds = np.array([[[15, 0, 0], [16, 0, 0], [255, 0, 0]]], np.uint8)
     assert bins(reds).labels[0].tolist() == [0, 64, 7 * 64]
+
+
+@pytest.mark.parametrize("space", ["hsv", "hs"])
+def test_hues_are_shifted_round_the_circle(space):
+    """Half a bin, so that reds on both sides of 0 degrees come into one."""
+    red, below, above = [255, 0, 0], [255, 0, 50], [255, 50, 0]
+    plain = {int(label(ColorBins(space), one)) for one in (red, below, above)}
+    shifted = ColorBins(space, shift=(0.5, 0.0, 0.0))
+    found = {int(label(shifted, one)) for one in (red, below, above)}
+    assert len(plain) == 2 and len(found) == 1
+
+
+def test_a_shift_up_leaves_the_darkest_in_the_first_bin():
+    bins = ColorBins("rgb", shift=(-0.5, 0.0, 0.0))
+    reds = np.array([[[0, 0, 0], [47, 0, 0], [48, 0, 0], [255, 0, 0]]], np.uint8)
+    assert bins(reds).labels[0].tolist() == [0, 0, 64, 7 * 64]

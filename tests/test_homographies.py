@@ -85,6 +85,16 @@ def test_a_region_and_its_homography_see_the_same(region):
     assert np.allclose(back[[0, 1, 3, 4]], region[[0, 1, 3, 4]]) and abs(turn) < 1e-9
 
 
+@given(strategies.regions())
+def test_a_mirror_image_is_as_large_as_the_object(region):
+    """An optimiser may turn a plane over; what is reported of it stays finite."""
+    mirrored = homographies.of_regions(region) @ np.diag([-1.0, 1, 1])
+    back = homographies.as_region(mirrored, region[3] / region[4])
+    assert np.isfinite(back).all() and np.allclose(
+        back[[0, 1, 3, 4]], region[[0, 1, 3, 4]]
+    )
+
+
 @pytest.mark.parametrize("origin, pitch", [((0.0, 0.0), 1), ((11.0, 7.0), 2)])
 def test_what_is_looked_up_is_under_the_samples(origin, pitch):
     labels = np.random.default_rng(0).integers(0, 9, (200, 300), dtype=np.uint8)

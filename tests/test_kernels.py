@@ -191,6 +191,14 @@ def test_the_aspect_of_an_object_is_taken_to_its_sixth_digit():
     assert Kernels().fitted([0, 0, 0, 20, 13]).aspect == 1.538462
 
 
+def test_an_object_as_narrow_as_a_thread_has_an_aspect_all_the_same():
+    """What is left of it in the sixth digit; nine kernels say what to do about it."""
+    thread = [50, 40, 0, 1e-4, 1e4]
+    assert Kernels("ellipse").fitted(thread).weights.sum() == pytest.approx(1)
+    with pytest.raises(ValueError, match="choose a less narrow region"):
+        _ = Kernels("3x3").fitted(thread).weights
+
+
 def test_the_slope_of_a_kernel_is_its_derivative():
     kernels = Kernels("2x2", aspect=1.3)
     plane, step = kernels.points * kernels.half_sides, 1e-6
@@ -200,6 +208,14 @@ def test_the_slope_of_a_kernel_is_its_derivative():
         numeric = (ahead - behind) / (2 * step) / kernels.sums[:, None]
         inside = kernels._squared_radii(plane) < 0.99
         assert np.allclose(kernels.slopes[axis][inside], numeric[inside], atol=1e-6)
+
+
+@pytest.mark.parametrize("layout", ["2x2", "3x3", "cut"])
+def test_beyond_its_support_a_kernel_has_no_slope(layout):
+    kernels = Kernels(layout, span=0.8, aspect=1.3)
+    unseen = kernels.weights == 0
+    assert unseen.any() and not kernels.slopes[:, unseen].any()
+    assert kernels.slopes[:, ~unseen].any()
 
 
 def test_nobody_can_write_to_what_equal_kernels_share():

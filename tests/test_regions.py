@@ -10,6 +10,7 @@ from mkt.regions import (
     corners,
     displaced,
     from_box,
+    outside,
     rotation,
     size,
     to_box,
@@ -109,3 +110,15 @@ def test_displacements_broadcast_to_a_grid():
 def test_a_box_has_four_numbers(box):
     with pytest.raises(ValueError, match="four numbers, not an array of the shape"):
         from_box(box)
+
+
+@pytest.mark.parametrize(
+    "x, y",
+    [(-10, 20), (80, 20), (30, -5), (30, 60)],
+    ids=["left", "right", "up", "down"],
+)
+def test_a_box_that_just_touches_an_image_lies_outside(x, y):
+    """Of 80 x 60 px; half a pixel further in it does not."""
+    step = 0.5 * np.sign([40 - x, 30 - y]) * [y == 20, x == 30]
+    touching, within = from_box([[x, y, 10, 5], [*(step + [x, y]), 10, 5]])
+    assert outside([touching, within], (60, 80, 3)).tolist() == [True, False]

@@ -75,6 +75,17 @@ def test_what_has_not_been_used_for_longest_goes_first(kept, monkeypatch):
     assert {path.stem for path in (kept / "text").iterdir()} == {"newest", "last"}
 
 
+def test_what_has_been_read_counts_as_used(kept, monkeypatch):
+    for name, age in (("old", 3), ("older", 9)):
+        TEXT.put(name, name * 100)
+        at = 1e9 - 1e6 * age
+        os.utime(TEXT.place(name), (at, at))
+    assert TEXT.get("older") == "older" * 100
+    monkeypatch.setattr(cache, "MOST", 1.5 * TEXT.place("older").stat().st_size)
+    Shelf("text", ".json", cache.as_json, json.loads).put("newest", "")
+    assert {path.stem for path in (kept / "text").iterdir()} == {"older", "newest"}
+
+
 def test_what_another_program_takes_away_meanwhile_is_no_trouble(kept):
     TEXT.put("mine", "mine")
     gone = kept / "text" / "theirs.0123.json"  # seen in the folder, but not there
@@ -150,6 +161,14 @@ def test_what_hides_something_has_no_key():
     hidden = np.random.default_rng(0), len, Plain(iter([1])), np.array([{}]), loop
     assert [cache.key(SSD(), each) for each in hidden] == [None] * len(hidden)
     assert [cache.identity(each) for each in hidden] == [None] * len(hidden)
+
+
+@pytest.mark.parametrize("kind", [set, frozenset])
+def test_the_key_of_a_set_does_not_go_by_its_order(kind):
+    """Which is that of coming for 0 and 64, and differs from day to day for words."""
+    first, second = kind([0, 64]), kind([64, 0])
+    assert list(first) != list(second)
+    assert cache.key(first) == cache.key(second) != cache.key(kind([0]))
 
 
 def test_keys_differ_where_numbers_do_in_their_last_digit():

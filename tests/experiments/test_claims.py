@@ -555,6 +555,15 @@ def test_a_table_that_cannot_be_read_is_named_with_the_remedy(missing, tmp_path)
         shipped.read_claims(table)
 
 
+def test_a_claim_that_the_table_lacks_is_named_with_the_remedy(monkeypatch):
+    measured, made = shipped.read_claims()
+    some = [one for one in measured if one.claim.name != "N03-a"]
+    monkeypatch.setattr(shipped, "read_claims", lambda: (some, made))
+    assert [one.claim.name for one in shipped.claimed(["T09-a"])] == ["T09-a"]
+    with pytest.raises(DataError, match=r"has no runs of N03-a; make it again with"):
+        shipped.claimed(["T09-a", "N03-a"])
+
+
 def test_every_claim_is_shipped_with_all_its_scenes():
     measured, made = shipped.read_claims()
     assert [one.claim.name for one in measured] == NAMES

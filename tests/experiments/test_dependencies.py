@@ -2,9 +2,11 @@
 
 import functools
 import importlib
+import os
 import subprocess
 import sys
 import textwrap
+import time
 from dataclasses import dataclass
 from fractions import Fraction
 from importlib.metadata import packages_distributions
@@ -132,6 +134,34 @@ time.sleep(0.05)  # the time of a file is exact to some milliseconds
 open("helper.py", "w").write("ONE = 2")
 print(dependencies.code_of(mine.Mine()) is None)
 """
+
+
+@pytest.fixture
+def own_tracker(tmp_path, monkeypatch):
+    """A tracker of the user's own, and the file that its module uses; both are old."""
+    monkeypatch.syspath_prepend(tmp_path)
+    for name, text in (("aid", "A = 1\n"), ("own", "import aid\nclass Own: pass\n")):
+        path = tmp_path / f"{name}.py"
+        path.write_text(text)
+        os.utime(path, (1e9, 1e9))
+    yield importlib.import_module("own").Own(), tmp_path / "aid.py"
+    for name in ("aid", "own"):
+        del sys.modules[name]
+
+
+def test_results_of_code_that_was_removed_meanwhile_are_not_kept(own_tracker):
+    tracker, used = own_tracker
+    assert dependencies.code_of(tracker) is not None
+    used.unlink()
+    assert dependencies.code_of(tracker) is None
+
+
+def test_a_file_from_a_clock_that_is_ahead_was_not_rewritten(own_tracker):
+    """As on a drive of another machine: its time says nothing, and results are kept."""
+    tracker, used = own_tracker
+    ahead = time.time() + 3600
+    os.utime(used, (ahead, ahead))
+    assert dependencies.code_of(tracker) is not None
 
 
 def test_results_of_code_that_was_rewritten_meanwhile_are_not_kept(tmp_path):

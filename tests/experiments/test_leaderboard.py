@@ -255,6 +255,23 @@ def test_written_tracks_count_frames_in_the_whole_sequence(tmp_path):
     assert [line.split(",")[0] for line in rows] == ["6", "7", "8"]
 
 
+def test_of_a_refused_target_no_track_is_written(tmp_path):
+    class Short(Drawn):
+        def sequence(self):
+            return replace(self.scene(), length=2).sequence()
+
+    some = replace(
+        board(
+            row("pf-75", "base", 0, np.nan, refused="too dark"),
+            row("ssd", "base", 0, 0.5),
+        ),
+        jobs=[Job(name, SSD(), Short("base")) for name in ("pf-75", "ssd")],
+    )
+    leaderboard.write_tracks(some, tmp_path, processes=1)
+    written = sorted(path.name for path in tmp_path.glob("*-0.*"))
+    assert written == ["ssd-base-0.csv", "ssd-base-0.txt"]
+
+
 def board(*rows, case="source"):
     return Board("Some", "Data.", pd.DataFrame(rows), case)
 

@@ -3,6 +3,8 @@
 import time
 
 import cv2
+import numpy as np
+import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from mkt.experiments import timing
@@ -40,6 +42,12 @@ def test_two_threads_that_want_one_leave_what_was_there(two_threads):
 def test_the_time_of_several_rounds_is_the_shortest():
     clock = iter([0, 3, 10, 11, 20, 22.0]).__next__
     assert timing.milliseconds(lambda: None, 3, clock) == 1000
+
+
+@pytest.mark.parametrize("power", [0.5, 1, 2])
+def test_the_exponent_is_the_power_with_which_costs_grow(power):
+    sizes = np.array([10, 20, 50, 400])
+    assert timing.exponent(sizes, 3 * sizes**power) == pytest.approx(power)
 
 
 def test_contenders_work_in_turn_and_each_has_its_own_times(monkeypatch):
