@@ -349,6 +349,7 @@ WHOLE = {"filter": ParticleFilter(n=75), "combined": Combined(), "ssd": SSD()}
 TOGETHER = {"ssd": 7}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WHOLE)
 def test_a_whole_run_frame_by_frame(engine, behind_the_wall, name):
     clip, tracker = behind_the_wall, WHOLE[name]
@@ -385,6 +386,7 @@ return [whole, again].map((infos) => infos.map(row));
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threshold", [0.45, 0.6])
 def test_another_threshold_needs_no_other_filter(engine, behind_the_wall, threshold):
     clip, rng = behind_the_wall, Recorded(3)
