@@ -9,7 +9,7 @@ import pytest
 from mkt.evaluation import HIT
 from mkt.experiments import timing
 from mkt.figures.registry import FIGURES
-from mkt.papers.nummiaro2003 import films, sequences, steps
+from mkt.papers.nummiaro2003 import films, learning, losing, sequences, steps
 from mkt.plotting import new_figure
 from mkt.scenes.nummiaro2003 import (
     PASSES,
@@ -186,7 +186,7 @@ def test_fig4_learning_three_times_as_fast_loses_the_person_in_some_runs():
 
 
 def test_fig6_found_again_passes_bridged_and_loss_declared():
-    row = shown(sequences.fig6)
+    row = shown(losing.fig6)
     waiting = row["initialising"]
     assert waiting[TREE] and not waiting[TREE + 30 : 195].any() and waiting[-5:].all()
     assert not any(waiting[k - 8 : k + 9].any() for k in PASSES)
@@ -196,7 +196,7 @@ def test_fig6_found_again_passes_bridged_and_loss_declared():
 
 
 def test_fig7_is_the_run_of_fig6_and_its_crossings_are_the_modes():
-    row, strip = shown(sequences.fig7), shown(sequences.fig6)
+    row, strip = shown(losing.fig7), shown(losing.fig6)
     assert (row["initialising"] == strip["initialising"]).all()
     assert len(row["positives"]) == STUDENTS - 1
     for switch in row["switches"]:
@@ -210,45 +210,45 @@ def held(row, title):
 
 
 def test_fig8_the_update_holds_a_van_that_takes_other_colours():
-    row = shown(sequences.fig8)
+    row = shown(learning.fig8)
     assert held(row, "with update") > held(row, "without update") + 0.4
     assert row["with update target"][-1] > row["with update beside"][-1]
     assert row["without update target"][-1] < row["with update target"][-1] - 0.1
 
 
 def test_fig8_the_update_does_not_hold_a_box_that_turns():
-    row = shown(sequences.fig8, van="turns")
+    row = shown(learning.fig8, van="turns")
     assert held(row, "with update") < 0.8 and held(row, "without update") < 0.8
     assert row["with update beside"][-1] > row["with update target"][-1]
 
 
 def test_fig8_who_learns_fast_loses_what_never_changes():
-    row = shown(sequences.fig8, van="same", alpha=0.9)
+    row = shown(learning.fig8, van="same", alpha=0.9)
     assert held(row, "without update") == 1 and held(row, "with update") < 0.5
 
 
 def test_fig8_a_van_that_passes_where_the_ellipse_was_lost_is_not_held():
-    row = shown(sequences.fig8, van="turns", alpha=0.9)
+    row = shown(learning.fig8, van="turns", alpha=0.9)
     followed = track(Adaptive(alpha=0.9), traffic(0, "turns").sequence())
     iou, lost = row["with update overlap"], followed.lost[1:]
     assert lost.mean() > 0.4 and (iou[lost] == 0).all() and (iou[~lost] > 0).any()
 
 
 def test_fig9_the_update_hurts_when_only_the_size_changes():
-    row = shown(sequences.fig9, van="same")
+    row = shown(learning.fig9, van="same")
     assert row["with update error"].mean() > row["without update error"].mean() + 0.03
 
 
 def test_fig9_has_no_width_while_the_van_is_lost():
     settings = {"van": "turns", "alpha": 0.9, "threshold": 0.95}
-    rows = shown(sequences.fig9, **settings).table
+    rows = shown(learning.fig9, **settings).table
     rows = rows[(rows["tracker"] == "with update") & (rows["run"] == 0)]
     widths = rows["H_x [px]"].to_numpy()
     assert np.isfinite(widths[:60]).all() and np.isnan(widths[-60:]).all()
 
 
 def test_fig9_the_own_score_does_not_tell_that_the_background_was_learnt():
-    row = shown(sequences.fig9, van="same", alpha=0.9)
+    row = shown(learning.fig9, van="same", alpha=0.9)
     assert row["with update held"].mean() < 0.8
     assert np.median(row["with update score"]) > 0.9
 
@@ -292,10 +292,18 @@ def test_a_film_of_learning_shows_what_the_model_is_like_up_to_the_frame():
     assert green[0] < green[1] < green[2]
 
 
-@pytest.mark.parametrize("name", ["fig4", "fig6", "fig8", "fig9", "fig10"])
-def test_tables_have_a_row_for_each_run_and_frame(name):
-    table = shown(getattr(sequences, name)).table
+LENGTHS = {
+    sequences.fig4: 1500,
+    losing.fig6: STUDENTS,
+    learning.fig8: 300,
+    learning.fig9: 600,
+    sequences.fig10: 900,
+}
+
+
+@pytest.mark.parametrize("figure", LENGTHS, ids=lambda f: f.__name__)
+def test_tables_have_a_row_for_each_run_and_frame(figure):
+    table = shown(figure).table
     columns = {"target", "tracker", "run"} & set(table)
-    lengths = {"fig4": 1500, "fig6": STUDENTS, "fig8": 300, "fig9": 600, "fig10": 900}
-    assert len(table) == lengths[name]
+    assert len(table) == LENGTHS[figure]
     assert not table.duplicated(["frame", *columns]).any()

@@ -17,7 +17,7 @@ from mkt.papers.cordoba2014 import table as table1
 from mkt.papers.cordoba2014 import tracking as cordoba
 from mkt.papers.cordoba2014.looks import LOOKS, RIVALS
 from mkt.papers.lessons.survival import COUNTED
-from mkt.papers.nummiaro2003 import sequences, steps
+from mkt.papers.nummiaro2003 import losing, steps
 from mkt.papers.teuliere2009 import histograms, servoing
 from mkt.papers.teuliere2009 import tracking as teuliere
 from mkt.plotting import new_figure
@@ -212,10 +212,10 @@ def test_the_axis_at_the_right_of_figure_10_has_its_pixels():
 def test_who_waits_is_found_again_in_the_first_frame_after_it():
     waiting = np.zeros(60, bool)
     waiting[10:20] = waiting[40:50] = True
-    assert sequences.found_again(waiting, 5) == 20
-    assert sequences.found_again(waiting, 12) == 20
-    assert sequences.found_again(waiting, 30) == 50
-    assert sequences.found_again(waiting[:30], 25) == 25 + 20  # it never waits
+    assert losing.found_again(waiting, 5) == 20
+    assert losing.found_again(waiting, 12) == 20
+    assert losing.found_again(waiting, 30) == 50
+    assert losing.found_again(waiting[:30], 25) == 25 + 20  # it never waits
 
 
 def test_points_keep_the_colour_of_the_mode_that_placed_them():
@@ -225,7 +225,7 @@ def test_points_keep_the_colour_of_the_mode_that_placed_them():
     track = Track(np.tile(BOX, (5, 1)), np.ones(5), modes == "initialising", info)
     colors = []
     for ax, k in zip(new_figure((4, 1)).subplots(1, 4), range(1, 5), strict=True):
-        sequences.draw_mode(ax, clip([1] * 5), track, k)
+        losing.draw_mode(ax, clip([1] * 5), track, k)
         colors.append(ax.lines[0].get_color())
     assert colors == ["black", "black", "white", "white"]
 

@@ -10,13 +10,9 @@ import numpy as np
 import pandas as pd
 
 from mkt.figures.film import drawn, stage
-from mkt.papers.nummiaro2003.sequences import (
-    WITH,
-    draw_line,
-    draw_mode,
-    draw_where,
-    likeness,
-)
+from mkt.papers.nummiaro2003.learning import draw_where, likeness
+from mkt.papers.nummiaro2003.losing import draw_line, draw_mode
+from mkt.papers.nummiaro2003.sequences import WITH
 from mkt.papers.nummiaro2003.steps import PERSON
 from mkt.plotting import in_style, shade_frames
 from mkt.trackers.adaptive import INITIALISING, Adaptive
