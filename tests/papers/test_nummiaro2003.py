@@ -9,7 +9,7 @@ import pytest
 from mkt.evaluation import HIT
 from mkt.experiments import timing
 from mkt.figures.registry import FIGURES
-from mkt.papers.nummiaro2003 import films, learning, losing, sequences, steps
+from mkt.papers.nummiaro2003 import costs, films, learning, losing, sequences, steps
 from mkt.plotting import new_figure
 from mkt.scenes.nummiaro2003 import (
     PASSES,
@@ -139,7 +139,7 @@ class Meter:
 
 @pytest.fixture
 def meter(monkeypatch):
-    forget = steps.step_costs.cache_clear, steps.histogram_cost.cache_clear
+    forget = costs.step_costs.cache_clear, costs.histogram_cost.cache_clear
     for clear in forget:
         clear()
     yield Meter(monkeypatch)
@@ -148,7 +148,7 @@ def meter(monkeypatch):
 
 
 def test_fig5_cost_is_linear_in_samples_and_in_pixels_and_flat_on_the_fixed_grid(meter):
-    row = shown(steps.fig5)
+    row = shown(costs.fig5)
     assert row["samples"] == pytest.approx(1)
     assert row["pixels"] == pytest.approx(1, abs=0.05)
     assert row["grid"] == pytest.approx(0, abs=1e-9)
