@@ -50,6 +50,9 @@ ZERO = ("alpha", "b", "believed_below", "limit", "n_lim", "noise", "seed", "spee
 SIGNED = ("dx", "shift", "tilt", "turn", "turned")
 LEAST = dict.fromkeys((*ZERO, "threshold"), 0.0)
 LEAST |= dict.fromkeys((*SIGNED, "epsilon"), -math.inf)
+# Parameters of any figure that count something, or number it.
+FRAMES = {"frame", "k", "ahead", "later", "delay", "occlusion"}
+COUNTS = FRAMES | {"count", "dof", "largest", "n", "particles", "runs", "seed"}
 
 _listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
 
@@ -223,25 +226,28 @@ class Entry:
             fits, need = self._need(name, value)
             if not fits:
                 raise ValueError(f"{self.name}: {name} is {value!r}; {need}")
+        counts = {name: int(parameters[name]) for name in COUNTS & parameters.keys()}
         with in_style(), one_thread(), _heard(progress):
             fig = new_figure(self.size, dpi)
-            return fig, self.function(fig, **(self.defaults | parameters))
+            return fig, self.function(fig, **(self.defaults | parameters | counts))
 
     def _need(self, name: str, value: Any) -> tuple[bool, str]:
         """Whether a value is such a one as its slider shows, and in words what is."""
         default = self.defaults[name]
         listed = self.values(name) if name in self.sliders else [default]
         if isinstance(default, Real) and not isinstance(default, bool):
-            return _such_a_number(value, LEAST.get(name, min(listed)))
+            least = LEAST.get(name, min(listed))
+            return _such_a_number(value, least, whole=name in COUNTS)
         if isinstance(default, str) and name in self.sliders:
             return value in listed, f"it takes {', '.join(map(repr, listed))}"
         return True, ""
 
 
-def _such_a_number(value: Any, low: float) -> tuple[bool, str]:
+def _such_a_number(value: Any, low: float, whole: bool) -> tuple[bool, str]:
     """Whether a value is a finite number of the sign of the least one."""
     fits = isinstance(value, Real) and -math.inf < value < math.inf
-    need = "it must be a finite number"
+    fits = fits and not (whole and value % 1)
+    need = f"it must be a {'whole' if whole else 'finite'} number"
     if low >= 0:
         need += " above 0" if low > 0 else ", at least 0"
         fits = fits and (value > 0 or value == low)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mkt.figures.registry import FIGURES, Entry, at_most, shown
+from mkt.figures.registry import COUNTS, FIGURES, Entry, at_most, shown
 
 
 def drawn(fig, *, n=5, share=0.5, scale=1, turn=20, talking=True, seed=0, runs=3):
@@ -20,21 +20,22 @@ SLIDERS = {
 }
 TOY = Entry("toy.numbers", drawn, (1, 1), SLIDERS)
 FINITE = "it must be a finite number"
+WHOLE = "it must be a whole number"
 
 
 @pytest.mark.parametrize(
     "name, value, need",
     [
-        ("n", 0, f"{FINITE} above 0"),
-        ("n", -1, f"{FINITE} above 0"),
+        ("n", 0, f"{WHOLE} above 0"),
+        ("n", -1, f"{WHOLE} above 0"),
         ("share", -0.1, f"{FINITE}, at least 0"),
         ("share", np.nan, f"{FINITE}, at least 0"),
         ("scale", 0, f"{FINITE} above 0"),
         ("scale", np.inf, f"{FINITE} above 0"),
         ("scale", "1", f"{FINITE} above 0"),
         ("turn", np.inf, FINITE),
-        ("seed", -1, f"{FINITE}, at least 0"),
-        ("runs", 0, f"{FINITE} above 0"),
+        ("seed", -1, f"{WHOLE}, at least 0"),
+        ("runs", 0, f"{WHOLE} above 0"),
     ],
 )
 def test_numbers_of_another_kind_than_those_of_a_slider_are_refused(name, value, need):
@@ -77,6 +78,27 @@ def test_no_figure_refuses_its_defaults_and_what_its_sliders_show(name):
 )
 def test_what_makes_sense_before_a_slider_begins_is_taken(name, parameter, value):
     assert FIGURES[name]._need(parameter, value)[0]
+
+
+COUNTING = [
+    (name, parameter)
+    for name, entry in FIGURES.items()
+    for parameter in entry.defaults
+    if parameter in COUNTS
+]
+
+
+@pytest.mark.parametrize("name, parameter", COUNTING)
+def test_what_counts_or_is_numbered_is_whole(name, parameter):
+    default = FIGURES[name].defaults[parameter]
+    assert type(default) is int
+    with pytest.raises(ValueError, match=f"{parameter} is .*must be a whole number"):
+        FIGURES[name].draw(**{parameter: default + 0.5})
+
+
+def test_a_whole_number_with_a_point_counts_as_well():
+    shown = FIGURES["own.resampling"].draw(n=6.0, seed=1.0)[1]
+    assert shown.table.equals(FIGURES["own.resampling"].draw(n=6, seed=1)[1].table)
 
 
 BEYOND = {
