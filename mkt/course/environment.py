@@ -14,6 +14,7 @@ import importlib.metadata
 import importlib.util
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -27,14 +28,10 @@ PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 REQUIREMENTS = ROOT / "environment.txt"
 STAMP_NAME = "mkt-stamp"
 UNFINISHED = "unfinished"
-TROUBLE = (
-    "connection",
-    "resolve",
-    "dns",
-    "network",
-    "timed out",
-    "failed to fetch",
-    "no matching distribution found",
+# The package networkx is no network.
+TROUBLE = re.compile(
+    r"connection|resolve|dns|\bnetwork\b|timed out|failed to fetch"
+    r"|no matching distribution found"
 )
 COST = "the download of 330 MB; it takes 1.5 GB of disk"
 NO_VENV = """\
@@ -254,7 +251,7 @@ def count(lines: list[str]) -> None:
 def fail(output: str) -> None:
     """Say what went wrong in one sentence, after the last words of the installer."""
     sys.stderr.write(f"\n{output}\n")
-    if any(word in output.lower() for word in TROUBLE):
+    if TROUBLE.search(output.lower()):
         sys.exit(NO_NETWORK)
     sys.exit(FAILED)
 

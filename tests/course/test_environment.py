@@ -166,6 +166,12 @@ def test_no_network_is_said_plainly(place, monkeypatch, capsys, said):
     assert environment.stamp_of(place) == environment.UNFINISHED
 
 
+def test_a_full_disk_is_no_missing_network_where_a_package_is_called_networkx():
+    said = "Installing collected packages: networkx, numpy\n[Errno 28] No space left"
+    with pytest.raises(SystemExit, match="The set-up failed"):
+        environment.fail(said)
+
+
 def test_other_failures_show_the_installers_last_words(place, monkeypatch, capsys):
     only_step(monkeypatch, SAY.format("disk is full", 1))
     with pytest.raises(SystemExit, match="set-up failed"):
