@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 
 import cv2
 import jinja2
-import nbformat
 from markdown_it import MarkdownIt
 from markupsafe import Markup
 from mdit_py_plugins.dollarmath import dollarmath_plugin
 from nbformat import NotebookNode
 from tqdm import tqdm
 
+from mkt.course.book.checks import read
 from mkt.course.book.contents import Book, Chapter
 from mkt.course.book.math_svg import svg
 from mkt.figures.data_uri import data_uri
@@ -66,7 +66,7 @@ class Slide(NamedTuple):
 
 def slides(chapter: Chapter) -> list[Slide]:
     """The slides of a chapter, in the order of its cells."""
-    cells = nbformat.read(chapter.notebook, 4).cells
+    cells = read(chapter.notebook).cells
     opening = next(cell.source for cell in cells if cell.id == "opening")
     question = QUESTION.findall(opening)
     return [

@@ -1,5 +1,6 @@
 """The book: its contents, its notebooks as stored and as run, and the site."""
 
+import asyncio
 import io
 import re
 import shutil
@@ -8,6 +9,7 @@ from dataclasses import replace
 from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 from urllib.parse import unquote
 
 import nbformat
@@ -17,6 +19,7 @@ import pytest
 from markdown_it import MarkdownIt
 from PIL import Image, ImageSequence
 
+from mkt.course import slides
 from mkt.course.book import (
     agreement,
     checks,
@@ -36,7 +39,7 @@ from mkt.experiments.leaderboard_as_text import extent
 from mkt.figures import export
 from mkt.figures.registry import FIGURES
 from mkt.figures.static_panel import FILES
-from mkt.files import DATA, PACKAGE
+from mkt.files import DATA, PACKAGE, DataError
 from mkt.trackers import by_name
 from tests.course import worked
 
@@ -244,6 +247,33 @@ def test_what_the_book_leaves_out_is_folded_in_jupyterlab(tmp_path):
     assert checks.strip_file(path) and not checks.strip_file(path)
     folded = nbformat.read(path, 4).cells[0].metadata["jupyter"]
     assert folded == {"source_hidden": True, "outputs_hidden": True}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<<<<<<< HEAD",
+        "{}",
+        "[]",
+        '{"cells": [7], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}',
+        '{"cells": [{"cell_type": "code", "id": "a", "source": "", "outputs": [],'
+        ' "execution_count": null}], "metadata": {}, "nbformat": 4,'
+        ' "nbformat_minor": 5}',
+    ],
+)
+def test_a_file_that_is_no_notebook_is_named_wherever_it_is_read(tmp_path, text):
+    trial = chapter(tmp_path, cells("1"))
+    trial.notebook.write_text(text)
+    book = SimpleNamespace(chapters=[trial])
+    for reading in (
+        lambda: checks.strip_file(trial.notebook),
+        lambda: run(trial),
+        lambda: asyncio.run(execute.run(trial, lambda: None)),
+        lambda: agreement.said(book),
+        lambda: slides.slides(trial),
+    ):
+        with pytest.raises(DataError, match="trial.ipynb: is no notebook; mend it"):
+            reading()
 
 
 # Running

@@ -1,9 +1,8 @@
 """Whether a figure agrees with the printed one, as the text below it says."""
 
-import nbformat
 from nbformat import NotebookNode
 
-from mkt.course.book.checks import figure_cells
+from mkt.course.book.checks import figure_cells, read
 from mkt.course.book.contents import Book
 
 MARK = "**Printed / ours"
@@ -20,7 +19,7 @@ def said(book: Book) -> dict[str, str]:
     return {
         name: word
         for chapter in book.chapters
-        for name, word in _in(nbformat.read(chapter.notebook, 4)).items()
+        for name, word in _in(read(chapter.notebook)).items()
     }
 
 

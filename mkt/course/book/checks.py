@@ -1,6 +1,6 @@
 """What a notebook must be: `stored` as it is committed, `executed` once it has run.
 
-And `strip`, which makes it ready to be committed.
+`read` opens one, and `strip` makes it ready to be committed.
 """
 
 import ast
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import nbformat
 from IPython.core.inputtransformer2 import TransformerManager
-from nbformat import NotebookNode
+from nbformat import NotebookNode, ValidationError
 
 from mkt.course import stripping
 from mkt.files import DataError, whole
@@ -25,13 +25,19 @@ def strip(notebook: NotebookNode) -> NotebookNode:
     return nbformat.from_dict(stripping.stripped(notebook))
 
 
-def strip_file(path: Path) -> bool:
-    """Strip one notebook file in place, in one move; whether anything changed."""
+def read(path: Path) -> NotebookNode:
+    """The notebook of a file; DataError where it holds none."""
     try:
-        before = nbformat.read(path, 4)
-    except ValueError as error:
+        return nbformat.read(path, 4)
+    # JSON of another kind is found out only by what nbformat cannot do with it.
+    except (ValueError, ValidationError, AttributeError, TypeError) as error:
         remedy = "mend it, or take it from git again"
         raise DataError(path, "is no notebook", remedy) from error
+
+
+def strip_file(path: Path) -> bool:
+    """Strip one notebook file in place, in one move; whether anything changed."""
+    before = read(path)
     after = strip(before)
     if after == before:
         return False

@@ -20,7 +20,7 @@ from nbformat import NotebookNode
 from tqdm import tqdm
 
 from mkt.course.book import client, depends
-from mkt.course.book.checks import LEFT_OUT, code_cells, on_page, strip
+from mkt.course.book.checks import LEFT_OUT, code_cells, on_page, read, strip
 from mkt.course.book.contents import BookError, Chapter
 from mkt.experiments.cache import Shelf
 
@@ -52,7 +52,7 @@ def execute_all(chapters: Iterable[Chapter]) -> dict[str, NotebookNode]:
         With the troubles of all chapters that failed; the others' outputs are kept.
     """
     chapters = list(chapters)
-    stored = {c.name: strip(nbformat.read(c.notebook, 4)) for c in chapters}
+    stored = {c.name: strip(read(c.notebook)) for c in chapters}
     keys = {name: depends.of_chapter(n, ARGUMENTS) for name, n in stored.items()}
     outputs = {name: CHAPTERS.get(key) for name, key in keys.items()}
     missing = [chapter for chapter in chapters if outputs[chapter.name] is None]
@@ -124,7 +124,7 @@ async def run(
     BookError
         Naming notebook, cell and traceback.
     """
-    notebook = strip(nbformat.read(chapter.notebook, 4))
+    notebook = strip(read(chapter.notebook))
     begun: list[NotebookNode] = []
     limit = asyncio.timeout(chapter.timeout)
     running = client.Client(
