@@ -325,7 +325,7 @@ def data_sets() -> Iterator[Finding]:
 
     try:
         good, troubles = benchmarks.usable()
-    except ValueError as error:
+    except (ValueError, OSError) as error:
         troubles = [str(error)]
     else:
         names = ", ".join(dict.fromkeys(one.archive.name for one in good))

@@ -307,7 +307,7 @@ def usable(
     for found in list(chosen) or sequences():
         try:
             good[found] = look(found)
-        except DataError as error:
+        except (DataError, OSError) as error:
             troubles.append(str(error))
     return good, troubles
 

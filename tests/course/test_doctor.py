@@ -101,6 +101,18 @@ def test_a_format_that_cannot_be_written_is_found(monkeypatch):
     )
 
 
+def test_data_that_may_not_be_read_do_not_end_the_list(monkeypatch):
+    def refused():
+        raise PermissionError(13, "Permission denied", "MOT15")
+
+    monkeypatch.setattr("mkt.sequences.benchmarks.usable", refused)
+    found = findings(doctor.data_sets)["data sets"]
+    assert (found.state, found.found) == (
+        doctor.WRONG,
+        "[Errno 13] Permission denied: 'MOT15'",
+    )
+
+
 def test_a_folder_of_data_that_is_not_there(monkeypatch, tmp_path):
     monkeypatch.setenv("MKT_DATA", str(tmp_path / "nowhere"))
     assert findings(doctor.data_sets)["data sets"].state == doctor.WRONG

@@ -148,6 +148,17 @@ def test_a_target_of_mot_has_a_name_of_its_own(data):
     assert len(benchmarks.usable([named("walk:4")])[0]) == 1
 
 
+def test_a_file_that_may_not_be_read_is_a_trouble_of_its_sequence_alone(data):
+    def look(found):
+        if found == named("walk:4"):
+            raise PermissionError(13, "Permission denied", "gt.txt")
+        return "fine"
+
+    good, troubles = benchmarks.usable([named("walk:4"), named("walk:9")], look)
+    assert list(good) == [named("walk:9")]
+    assert troubles == ["[Errno 13] Permission denied: 'gt.txt'"]
+
+
 @pytest.mark.parametrize(
     "name, rows, said",
     [
