@@ -146,7 +146,8 @@ def write_all(entries: Iterable[Entry], folder: Path, ending: str) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise OSError(f"{folder} cannot be made a folder: {error.strerror}") from error
+        what = f"{folder} cannot be made a folder: {error.strerror}"
+        raise OSError(f"{what}; give the name of another") from error
     for entry in tqdm(list(entries), desc="figures", unit="figure", disable=None):
         write(entry, folder / f"{entry.name}.{ending}", {})
 

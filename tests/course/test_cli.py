@@ -327,7 +327,7 @@ MISTAKES = [
     ),
     (
         ("--all", "-o", f"{__file__}/x"),
-        "x cannot be made a folder: Not a directory",
+        "x cannot be made a folder: Not a directory; give the name of another",
     ),
     (
         ("teuliere2009.fig8", "-o", "x.png", "--set", "frame=999", "features=exact"),
@@ -359,8 +359,11 @@ def test_names_may_stand_before_and_behind_options():
     assert cli.parse(words).names == ["ssd", "wm", "mil"]
     words = "claims", "T09-c", "--list", "T09-d"
     assert cli.parse(words).names == ["T09-c", "T09-d"]
+    assert cli.parse(["slides", "5", "-o", "x", "6"]).names == ["5", "6"]
     with pytest.raises(SystemExit):
         cli.parse(["bench", "tracking", "--sedes", "3:4", "wm"])
+    with pytest.raises(SystemExit):
+        cli.parse(["slides", "5", "-o", "x", "six"])
 
 
 @pytest.mark.parametrize(

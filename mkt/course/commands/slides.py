@@ -18,9 +18,8 @@ def add(commands: Commands) -> None:
         "slides 5 6 -o slides",
         clone=True,
     )
-    parser.add_argument(
-        "chapters", nargs="*", type=int, metavar="N", help="the number of a chapter"
-    )
+    parser.set_defaults(check=check)
+    parser.add_argument("names", nargs="*", metavar="N", help="the number of a chapter")
     parser.add_argument(
         "-o",
         "--output",
@@ -31,12 +30,20 @@ def add(commands: Commands) -> None:
     )
 
 
+def check(args) -> str | None:
+    """What is wrong with the numbers, None if nothing."""
+    for word in args.names:
+        if not word.isdecimal():
+            return f"{word!r} is no number of a chapter; give one such as 5"
+    return None
+
+
 def run(args) -> None:
     """Write the slides and say where they are."""
     from mkt.course import slides
     from mkt.course.book import contents
 
     book = contents.read()
-    chapters = slides.chosen(book, args.chapters)
+    chapters = slides.chosen(book, [int(word) for word in args.names])
     for path in slides.write(book, chapters, args.output):
         print(path)
