@@ -8,7 +8,7 @@ import pytest
 from mkt.course.labs import notebooks, variants
 from mkt.course.labs.notebooks import of_role
 from mkt.course.labs.submissions import Submission, coincidences
-from mkt.course.labs.variants import NOBODYS, own_seed, seed_of, written_name
+from mkt.course.labs.variants import FIRST, NOBODYS, own_seed, seed_of, written_name
 from mkt.scenes.drawn import HELD_BACK, TUNING
 from tests.course.toy_lab import GOOD, answer, graded, hand_in, meta
 
@@ -32,6 +32,12 @@ def test_a_name_has_one_seed_however_it_is_written_and_others_have_others():
 def test_no_student_gets_a_scene_on_which_trackers_were_tuned_or_are_judged():
     seeds = {seed_of(f"student {k}") for k in range(500)}
     assert not seeds & {*HELD_BACK, *TUNING, NOBODYS}
+
+
+def test_a_name_needs_no_letters_and_an_empty_one_is_called_so():
+    assert seed_of("123") >= FIRST
+    with pytest.raises(ValueError, match="the name is empty; write yours"):
+        seed_of("  ")
 
 
 def raising():

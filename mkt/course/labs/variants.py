@@ -38,11 +38,11 @@ def seed_of(text: str) -> int:
     TypeError
         For a name that is no text.
     ValueError
-        For a name without letters.
+        For an empty name.
     """
     plain = plain_name(text)
     if not plain:
-        raise ValueError("a name has letters in it, and this one has none")
+        raise ValueError("the name is empty; write yours")
     digest = hashlib.sha256(plain.encode("utf-8", "replace")).digest()
     return FIRST + int.from_bytes(digest[:8], "big") % MANY
 
