@@ -195,11 +195,18 @@ def test_everything_that_is_no_number_of_points_is_named_at_once(grades, toy):
         merged(grades)
 
 
-@pytest.mark.parametrize("text", ["4", "-1", "good", "nan"])
+@pytest.mark.parametrize("text", ["4", "-1", "good", "nan", "inf", "0_1"])
 def test_what_is_no_number_of_points_is_refused(grades, text):
     typed(grades, text)
     with pytest.raises(SystemExit, match="ada, toy: .* is not a number of points"):
         cli.run(cli.parse(["labs", "grade", "--merge", "-o", str(grades)]))
+
+
+def test_no_typed_sum_of_checks_is_without_end(grades):
+    typed(grades, "", "check_add")
+    typed(grades, "inf", "points")
+    with pytest.raises(SystemExit, match="'inf' in the table is not a number of"):
+        merged(grades)
 
 
 def test_points_of_a_check_may_be_changed_too(grades):

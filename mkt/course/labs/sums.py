@@ -1,5 +1,6 @@
 """The sum of a row's points, with those that a teacher has typed into the table."""
 
+import math
 from collections.abc import Mapping
 
 from nbformat import NotebookNode
@@ -68,7 +69,7 @@ def _sum_one(row: Row, lab: NotebookNode, mark: str) -> None:
     """Sum up one row, with this decimal mark."""
     by_checks = _sum(row, lab, "check")
     if by_checks is None:
-        by_checks = _read(row["points"], float("inf"), row)
+        by_checks = _read(row["points"], math.inf, row)
     typed = _sum(row, lab, "question")
     row["points"] = f"{by_checks:g}".replace(".", mark)
     if typed is not None and counts(row):
@@ -93,7 +94,8 @@ def _read(text: str, most: float, row: Row) -> float:
         value = float(text.replace(",", "."))
     except ValueError:
         value = -1
-    if not 0 <= value <= most:
+    # Python reads "1_0" as 10; a sum of checks that was typed has no upper end.
+    if not 0 <= value <= most or math.isinf(value) or "_" in text:
         raise ValueError(
             f"{row['student']}, {row['lab']}: {text!r} in the table is not a number of "
             f"points from 0 to {most:g}"
