@@ -1,6 +1,8 @@
 """Sliders: the picture follows them, live and in the page; no network is asked."""
 
 import asyncio
+import gc
+import json
 import re
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -148,6 +150,57 @@ def test_the_next_step_the_same_way_is_drawn_while_the_reader_looks(toy, monkeyp
     ]  # a leap says nothing about the next move
     assert asyncio.run(look_at(7, 8)) == 8 and toy == [7, 8, 9]
     assert asyncio.run(look_at(7, 6, 5)) == 5 and toy == [7, 6, 5, 4]
+
+
+@pytest.mark.parametrize("before, end", [(1, 0), (19, 20)])
+def test_nothing_is_drawn_beyond_the_end_of_a_slider(before, end, toy, monkeypatch):
+    monkeypatch.setattr(panels, "QUICK", float("inf"))
+
+    async def to_the_end():
+        panel = explore("toy.line")
+        panel._listen(False)
+        panel._controls["slope"].value = before
+        panel._listen(True)
+        del toy[:]
+        panel._controls["slope"].value = end
+        await asyncio.sleep(2 * panels.PAUSE)
+        return panel._trouble.value
+
+    assert asyncio.run(to_the_end()) == ""
+    assert toy == [end]
+
+
+@pytest.mark.parametrize("was_on", [True, False])
+def test_after_a_drawing_garbage_is_collected_only_if_it_was_before(was_on):
+    gc.enable() if was_on else gc.disable()
+    try:
+        explore("toy.line")
+        assert gc.isenabled() == was_on
+    finally:
+        gc.enable()
+
+
+def test_a_still_picture_says_its_title_also_with_marks_of_html():
+    @figure("toy.marks", size=(3, 2))
+    def marks(fig):
+        """A "quick" <b>line</b>."""
+        return shown({"x": [0]})
+
+    page = show("toy.marks")._repr_html_()
+    assert 'alt="A &quot;quick&quot; &lt;b&gt;line&lt;/b&gt;."' in page
+
+
+def test_no_word_of_a_figure_can_end_the_data_of_its_page(static):
+    @figure("toy.script", size=(3, 2), kind=["</script>", "<!--"])
+    def script(fig, *, kind="</script>"):
+        """A </script> line."""
+        return shown({"x": [0]})
+
+    page = explore("toy.script")._repr_html_()
+    (data,) = re.findall(r"<script[^>]*>(.*?)</script>", page, re.DOTALL)
+    assert "<" not in data
+    assert json.loads(data)["title"] == "A </script> line."
+    assert page.count("</script>") == 1
 
 
 def test_a_run_over_a_sequence_shows_how_far_it_is(monkeypatch):
