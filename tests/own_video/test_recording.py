@@ -24,7 +24,7 @@ from mkt.files import ROOT
 from mkt.own_video import overlay, recording
 from mkt.own_video.settings import Settings, settled
 from mkt.plotting import CURRENT, DESIRED
-from mkt.regions import corners, from_box, to_box
+from mkt.regions import corners, from_box, to_box, warp
 from mkt.sequences.truth_formats import video
 from mkt.sequences.video import VideoFile
 from mkt.sequences.writing import Writer
@@ -165,6 +165,18 @@ def test_lost_looks_different():
     assert (frame == 200).all()
     assert (seen[105:, :60] != 200).any()
     assert (seen[105:, :60] != lost[105:, :60]).any()
+
+
+def test_a_tick_shows_which_side_is_the_right_one():
+    frame = np.full((120, 160, 3), 200, np.uint8)
+    region = np.array([80.0, 60, 0.4, 40, 20])
+    image = overlay.annotated(frame, {"region": region, "lost": False}, "")
+    away = np.linspace(0.3, 0.7, 20)[:, None]
+    right, *others = (
+        near(image, warp(region, away * side), GREEN)
+        for side in ([(1, 0)], [(0, 1)], [(-1, 0)], [(0, -1)])
+    )
+    assert right > 0.98 and max(others) == 0
 
 
 @pytest.mark.parametrize(
@@ -636,13 +648,14 @@ def test_a_second_box_is_told_where_several_objects_are(file, box, capsys):
     assert "RESEARCH.md has ten lines for several" in capsys.readouterr().err
 
 
-def test_a_frame_of_another_size_is_said_to_be_so(clip, tmp_path):
+@pytest.mark.parametrize("shape", [(60, 160), (120, 80)])
+def test_a_frame_of_another_size_is_said_to_be_so(shape, clip, tmp_path):
     output, frame = tmp_path / "a.webm", clip.frames[0]
     info = report(clip.truth[0], 0.1, False, 1)
-    said = r"a.webm: frame 2 has the shape \(60, .*; give frames of one size"
+    said = rf"a.webm: frame 2 has the shape \({shape[0]}, {shape[1]}, "
     with pytest.raises(ValueError, match=said):
         with recording.Recorder(output, clip) as recorder:
             recorder.add(frame, info)
             recorder.add(frame, info)
-            recorder.add(frame[:60], info)
+            recorder.add(frame[: shape[0], : shape[1]], info)
     assert len(VideoFile(output)) == len(table(output.with_suffix(".csv"))) == 2

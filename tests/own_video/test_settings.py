@@ -146,6 +146,15 @@ def test_settings_that_cannot_be_are_named_where_they_are_made(change, said, car
         settled(**{"video": car, "box": films.BOX} | change)
 
 
+@pytest.mark.parametrize(
+    "part", [{"first": 1}, {"last": 2}, {"every": 2}, {"scale": 0.5}]
+)
+def test_each_choice_of_what_is_looked_at_is_kept_apart(part, car):
+    box = (10, 10, 50, 40)
+    assert settled(car, box, **part).identity() != settled(car, box).identity()
+    assert settled(car, box, seed=7).identity() == settled(car, box).identity()
+
+
 def test_a_box_may_be_an_array(car):
     assert settled(car, np.array(films.BOX, float)) == settled(car, films.BOX)
 
