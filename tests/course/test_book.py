@@ -231,6 +231,8 @@ def test_outputs_are_found_and_stripped(tmp_path):
     notebook.cells[0].metadata = {
         "tags": ["kept"],
         "execution": {"iopub.status.busy": "now"},
+        "scrolled": True,
+        "collapsed": False,
     }
     path = chapter(tmp_path, notebook).notebook
     assert "stored outputs" in checks.stored(notebook)[0]

@@ -1,5 +1,6 @@
 """The doctor calls fine things fine, finds each planted trouble, and has a remedy."""
 
+import json
 import os
 import subprocess
 import sys
@@ -111,6 +112,25 @@ def test_data_that_may_not_be_read_do_not_end_the_list(monkeypatch):
         doctor.WRONG,
         "[Errno 13] Permission denied: 'MOT15'",
     )
+
+
+def test_a_kernel_of_another_python_is_found_with_its_folder(monkeypatch, tmp_path):
+    argv = [str(tmp_path / "python"), "-m", "ipykernel_launcher"]
+    spec = {"argv": argv, "language": "python", "display_name": "other"}
+    folder = tmp_path / "kernels" / "python3"
+    folder.mkdir(parents=True)
+    (folder / "kernel.json").write_text(json.dumps(spec))
+    monkeypatch.setenv("JUPYTER_PATH", str(tmp_path))
+    found = findings(doctor.kernel)["kernel"]
+    assert found.state == doctor.WRONG and str(folder) in found.remedy
+
+
+def test_a_missing_part_of_jupyterlab_is_found(monkeypatch, tmp_path):
+    monkeypatch.setattr(doctor.sys, "prefix", str(tmp_path))
+    found = findings(doctor.widgets)
+    assert {*found} == {*doctor.EXTENSIONS}
+    for finding in found.values():
+        assert finding.state == doctor.WRONG and "is missing" in finding.found
 
 
 def test_a_folder_of_data_that_is_not_there(monkeypatch, tmp_path):

@@ -179,6 +179,20 @@ def test_other_failures_show_the_installers_last_words(place, monkeypatch, capsy
     assert "disk is full" in capsys.readouterr().err
 
 
+def test_how_far_pip_has_come_is_counted_by_the_packages_it_has_begun(capsys):
+    lines = []
+    for line in (
+        "Collecting numpy==2.0\n",
+        "  Downloading numpy-2.0.whl (16 MB)\n",
+        "Collecting scipy==1.14\n",
+    ):
+        lines.append(line)
+        environment.count(lines)
+    first, second = capsys.readouterr().err.split("\r")[1:]
+    assert first.split()[:2] == ["1", "of"] and "numpy==2.0" in first
+    assert second.split()[:2] == ["2", "of"] and "scipy==1.14" in second
+
+
 def test_missing_venv_module_says_what_to_install(place, monkeypatch):
     monkeypatch.setattr(environment.shutil, "which", lambda name: None)
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)

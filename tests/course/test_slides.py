@@ -4,6 +4,7 @@ import base64
 import io
 import re
 
+import nbformat
 import pytest
 from PIL import Image
 
@@ -28,6 +29,12 @@ def test_every_chapter_has_a_question_goals_all_of_its_figures_and_takeaways(cha
     assert [
         slide.title for slide in found if slide.kind == "text" and not slide.text
     ] == []
+
+
+def test_a_figure_that_a_chapter_shows_twice_has_one_slide():
+    again = [nbformat.v4.new_code_cell('mkt.show("teuliere2009.fig1")') for _ in "ab"]
+    found = [slide.figure for slide in slides._body(again)]
+    assert found == ["teuliere2009.fig1"]
 
 
 def test_equations_of_exercises_are_no_slide():
