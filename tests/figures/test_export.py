@@ -59,6 +59,12 @@ def test_every_file_carries_title_parameters_versions_and_data_and_no_date(
     assert path.read_bytes() == again.read_bytes()
 
 
+def test_a_picture_for_print_has_200_dots_an_inch(tmp_path):
+    export.write(FIGURES[FIGURE], tmp_path / "x.png", {})
+    with Image.open(tmp_path / "x.png") as picture:
+        assert picture.width == 200 * FIGURES[FIGURE].size[0]
+
+
 def test_a_light_pdf_has_its_photographs_as_jpeg_and_its_letters_as_they_were(
     tmp_path,
 ):
@@ -160,6 +166,7 @@ def test_a_figure_with_a_slider_of_frames_becomes_a_moving_picture(tmp_path):
 
     export.write(FIGURES["toy.moving"], tmp_path / "x.gif", {"to": 3})
     with Image.open(tmp_path / "x.gif") as film:
+        assert film.info["loop"] == 0  # for ever
         assert film.n_frames == 5  # every second one
         comment = film.info["comment"].decode()
     about = "toy.moving: A line that rises.", "frame=0 to 8, to=3", "mkt ", "Benchmarks"
