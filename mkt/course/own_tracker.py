@@ -88,7 +88,7 @@ def _made(name: str) -> Tracker:
         tracker = thing() if isinstance(thing, type) else thing
     except TypeError as error:
         raise ValueError(f"{name}: {error}; {WANTED}") from None
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise _mistake(error) or error from None
     frozen = is_dataclass(tracker) and tracker.__dataclass_params__.frozen
     methods = (getattr(tracker, method, None) for method in CALLED)
@@ -120,7 +120,7 @@ def _named(name: str) -> Any:
     module, _, attribute = name.partition(":")
     try:
         return getattr(importlib.import_module(module), attribute)
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # which would end the command unsaid
         raise _mistake(error) or ValueError(
             f"{name}: {error}; give the tracker as module:Class, from the folder in "
             "which module.py lies"
@@ -152,19 +152,19 @@ def way_to(error: BaseException) -> list[Place]:
     return [(f.filename, f.lineno) for f in traceback.extract_tb(error.__traceback__)]
 
 
-def _mistake(error: Exception) -> DataError | None:
+def _mistake(error: BaseException) -> DataError | None:
     """What is wrong in a module of the user's; None where none of it has run."""
     place = _place(error)
     return _told(error, place) if place else None
 
 
-def _told(error: Exception, place: Place) -> DataError:
+def _told(error: BaseException, place: Place) -> DataError:
     notes = getattr(error, "__notes__", ())  # they stand below
     what = traceback.format_exception_only(error)[-1 - len(notes)].strip()
     return DataError(place[0], what, "correct it there, and run this again", place[1])
 
 
-def _place(error: Exception) -> Place | None:
+def _place(error: BaseException) -> Place | None:
     """File and line of the user's in which something failed."""
     if isinstance(error, SyntaxError) and error.filename:
         return error.filename, error.lineno

@@ -327,6 +327,7 @@ class Hasty:
     def __post_init__(self):
         int("one")
 """
+LEAVING = MISTAKEN.replace('int("one")', "raise SystemExit")
 
 
 @pytest.mark.parametrize(
@@ -338,8 +339,10 @@ class Hasty:
         ("import nowhere\n", "T", "line 1: ModuleNotFoundError: No module named"),
         ("import json\n\njson.loads('[')\n", "T", "line 3: json.* Expecting value"),
         (MISTAKEN, "Hasty", "line 7: ValueError: invalid literal for int"),
+        ("import sys\nsys.exit(0)\n", "T", "line 2: SystemExit: 0; correct it there"),
+        (LEAVING, "Hasty", "line 7: SystemExit; correct it there"),
     ],
-    ids=["syntax", "name", "error", "import", "below", "made"],
+    ids=["syntax", "name", "error", "import", "below", "made", "exit", "exit, made"],
 )
 def test_a_mistake_in_it_is_the_user_s_and_has_its_line(own, code, name, said):
     (own / "mistaken.py").write_text(code)
