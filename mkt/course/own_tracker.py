@@ -159,8 +159,9 @@ def _mistake(error: BaseException) -> DataError | None:
 
 
 def _told(error: BaseException, place: Place) -> DataError:
-    notes = getattr(error, "__notes__", ())  # they stand below
-    what = traceback.format_exception_only(error)[-1 - len(notes)].strip()
+    # Notes stand below, each line of one by itself.
+    below = sum(len(n.split("\n")) for n in getattr(error, "__notes__", ()))
+    what = traceback.format_exception_only(error)[-1 - below].strip()
     return DataError(place[0], what, "correct it there, and run this again", place[1])
 
 

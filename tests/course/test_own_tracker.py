@@ -327,6 +327,7 @@ class Hasty:
     def __post_init__(self):
         int("one")
 """
+NOTED = "e = ValueError('mine')\ne.add_note('first\\nsecond')\nraise e\n"
 LEAVING = MISTAKEN.replace('int("one")', "raise SystemExit")
 
 
@@ -341,8 +342,9 @@ LEAVING = MISTAKEN.replace('int("one")', "raise SystemExit")
         (MISTAKEN, "Hasty", "line 7: ValueError: invalid literal for int"),
         ("import sys\nsys.exit(0)\n", "T", "line 2: SystemExit: 0; correct it there"),
         (LEAVING, "Hasty", "line 7: SystemExit; correct it there"),
+        (NOTED, "T", "line 3: ValueError: mine; correct it there"),
     ],
-    ids=["syntax", "name", "error", "import", "below", "made", "exit", "exit, made"],
+    ids="syntax name error import below made exit exit,made noted".split(),
 )
 def test_a_mistake_in_it_is_the_user_s_and_has_its_line(own, code, name, said):
     (own / "mistaken.py").write_text(code)
