@@ -25,7 +25,7 @@ from mkt.own_video.typed_box import in_words
 from mkt.sequences.quiet import quiet
 from mkt.sequences.tracks import COLUMNS, mot_row, row
 from mkt.sequences.video import VideoFile
-from mkt.sequences.writing import CODECS, video_writer
+from mkt.sequences.writing import CODECS, rates, video_writer
 from mkt.tracking import Info, Sequence, Tracker, follow
 from mkt.types import ArrayLike, Frame
 
@@ -63,6 +63,16 @@ def _refuse_ending(output: Path) -> None:
         raise ValueError(
             f"-o {output}: cannot write {ending}; choose one of {', '.join(CODECS)} "
             "for a film, .csv or .txt for a table alone"
+        )
+
+
+def _refuse_slow(output: Path, fps: float, every: int) -> None:
+    """Refuse a film of too few frames in words of what was asked for, not its rate."""
+    if fps < rates(output)[0]:
+        raise OSError(
+            f"{output}: every {every}-th frame makes {fps:.2g} pictures a second, too "
+            f"few for {output.suffix}; choose a smaller number (--every), or a table "
+            "alone (-o FILE.csv)"
         )
 
 
@@ -142,6 +152,8 @@ class Recorder:
         refuse_taken(self._output)
         self._first, self._every = settings.part if settings else (0, 1)
         *film, table, chosen = files_of(self._output)
+        if film and self._every > 1:
+            _refuse_slow(self._output, clip.fps, self._every)
         self._written = [*film, table]
         self._mot = table.suffix.lower() == ".txt"
         self._film = None

@@ -141,13 +141,18 @@ def _refuse_size(path: Path, size: tuple[int, int]) -> None:
         )
 
 
-def _refuse_rate(path: Path, fps: float) -> None:
+def rates(path: Path) -> tuple[float, float]:
+    """The slowest and the fastest pictures a second that a film can have."""
     ending = path.suffix.lower()
-    least, most = SLOWEST.get(ending, 0.01), FASTEST.get(ending, 30_000)
+    return SLOWEST.get(ending, 0.01), FASTEST.get(ending, 30_000)
+
+
+def _refuse_rate(path: Path, fps: float) -> None:
+    least, most = rates(path)
     if not (is_number(fps, least) and fps <= most):
         raise OSError(
             f"{path}: cannot be written with {fps} pictures a second; "
-            f"for {ending} choose from {least} to {most}"
+            f"for {path.suffix.lower()} choose from {least} to {most}"
         )
 
 

@@ -642,6 +642,20 @@ def test_settings_of_before_there_were_parts_are_of_the_whole(file, box, tmp_pat
     assert table(tmp_path / "b.csv") == table(tmp_path / "a.csv")
 
 
+def test_a_film_that_is_too_slow_is_told_in_words_of_what_was_typed(
+    clip, box, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    films.write(tmp_path / "long.avi", [clip.frames[0]] * 560)
+    words = ("long.avi", "--box", box, "--tracker", "ssd", "--every", 550)
+    said = "every 550-th frame makes 0.055 pictures .*webm; choose a smaller number"
+    with pytest.raises(SystemExit, match=rf"{said} \(--every\)"):
+        run(*words)
+    assert [path.name for path in tmp_path.iterdir()] == ["long.avi"]
+    run(*words, "-o", "a.csv")
+    assert len(table(tmp_path / "a.csv")) == 2
+
+
 def test_a_second_box_is_told_where_several_objects_are(file, box, capsys):
     with pytest.raises(SystemExit):
         run(file, "--box", box, "--box", box)
