@@ -210,11 +210,10 @@ class Recorder:
 
         The start alone, which was typed, is worth nothing.
         """
-        files = files_of(self._output)
         if self.done < 2:
-            _remove(files)
+            _remove(files_of(self._output))
             return "Nothing has been written."
-        names = ", ".join(map(str, files))
+        names = ", ".join(map(str, files_there(self._output)))
         return (
             f"Of {self.done} frames, what could be written is in {names}; move them "
             "away before the next try."

@@ -667,9 +667,11 @@ def test_a_frame_of_another_size_is_said_to_be_so(shape, clip, tmp_path):
     output, frame = tmp_path / "a.webm", clip.frames[0]
     info = report(clip.truth[0], 0.1, False, 1)
     said = rf"a.webm: frame 2 has the shape \({shape[0]}, {shape[1]}, "
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=said) as failed:
         with recording.Recorder(output, clip) as recorder:
             recorder.add(frame, info)
             recorder.add(frame, info)
             recorder.add(frame[: shape[0], : shape[1]], info)
+    [note] = failed.value.__notes__  # without settings there is no a.json
+    assert f"is in {output}, {output.with_suffix('.csv')}; move" in note
     assert len(VideoFile(output)) == len(table(output.with_suffix(".csv"))) == 2
