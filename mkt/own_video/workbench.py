@@ -161,8 +161,7 @@ class Workbench(ipywidgets.VBox):
         settings, clip = self.settings, self.clip
         start = region_of(settings.box, clip.frames[0])
         infos = begun(settings.configured(), clip, settings.seed, start, settings)
-        FOLDER.mkdir(exist_ok=True)
-        output = free(FOLDER / f"{clip.name}-{settings.tracker}.webm")
+        output = free(_folder() / f"{clip.name}-{settings.tracker}.webm")
         with Recorder(output, clip, settings.tracker, settings) as recorder:
             pictures = (
                 recorder.add(frame, info)
@@ -174,14 +173,26 @@ class Workbench(ipywidgets.VBox):
         self.report.finish(output, "" if whole else stopped)
 
     async def _record(self) -> None:
-        FOLDER.mkdir(exist_ok=True)
-        output = free(FOLDER / time.strftime("webcam-%Y%m%d-%H%M%S.avi"))
+        output = free(_folder() / time.strftime("webcam-%Y%m%d-%H%M%S.avi"))
         pictures = webcam.record(output, self.source.seconds.value)
         try:
             await self.report.watch(pictures, None, "recording")
         finally:
             if output.exists():  # also what a camera saw before it stopped
                 self.source.other.value = str(output)
+
+
+def _folder() -> Path:
+    """`FOLDER`, made where it is not there."""
+    try:
+        FOLDER.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OSError(
+            f"no folder {FOLDER} can be made for the results: {error.strerror}; move "
+            "away what has this name, or copy the notebook into a folder of your own "
+            "and start it there"
+        ) from error
+    return FOLDER
 
 
 def _ends(clip: Sequence) -> str:

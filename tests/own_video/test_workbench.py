@@ -340,6 +340,14 @@ def test_what_a_tracker_refuses_is_said_and_nothing_is_written(
     assert panel.state == READY and not list(place.glob("tracked/*"))
 
 
+def test_a_folder_of_results_that_cannot_be_made_is_said_with_a_remedy(panel, place):
+    (place / "tracked").write_text("mine")
+    press(panel.track, panel)
+    assert "no folder tracked can be made" in note(panel)
+    assert "File exists; move away what has this name" in note(panel)
+    assert panel.state == READY
+
+
 def test_a_run_that_fails_half_way_says_which_files_are_left(panel, place):
     for k, width in enumerate([64, 64, 64, 32]):
         path = place / "images" / f"{k}.png"
