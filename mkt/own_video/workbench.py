@@ -151,6 +151,8 @@ class Workbench(ipywidgets.VBox):
         """Do the work; whatever ends it, the panel says so and can be used again."""
         try:
             await work()
+        except asyncio.CancelledError:
+            self.report.clear("Stopped before the first frame; nothing was written.")
         except Exception as error:
             self.report.say(error)
         finally:

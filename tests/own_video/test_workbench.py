@@ -260,6 +260,12 @@ def test_stop_is_heard_between_two_frames_and_keeps_what_was_done(panel):
     assert load(panel.output.with_suffix(".json")) == panel.settings
 
 
+def test_a_stop_before_the_first_frame_is_said(panel, place):
+    press(panel.track, panel, until=lambda: True)
+    assert "Stopped before the first frame" in note(panel)
+    assert panel.state == READY and not list(place.glob("tracked/*"))
+
+
 def test_nothing_else_can_be_touched_during_a_run_and_a_second_click_does_nothing(
     panel, place
 ):
