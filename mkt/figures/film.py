@@ -19,6 +19,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from mkt.figures.data_uri import data_uri
 from mkt.plotting import in_style, new_figure
@@ -64,8 +65,11 @@ def drawn(
     (H, W, 3) uint8 RGB array
     """
     canvas = cast(FigureCanvasAgg, fig.canvas)
+    titles = [ax.title for ax in fig.axes]
+    _leave_out(titles, True)  # drawn with each picture, and not below it too
     with in_style():
         canvas.draw()
+    _leave_out(titles, False)
     background = canvas.copy_from_bbox(fig.bbox)
     fixed = {artist for ax in fig.axes for artist in ax.get_children()}
     for moment in moments:
@@ -74,11 +78,17 @@ def drawn(
         with in_style():
             draw(moment)
             moving = _moving(fig, fixed)
-            for artist in [*moving, *(ax.title for ax in fig.axes)]:
+            for artist in [*moving, *titles]:
                 fig.draw_artist(artist)
         yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
         for artist in moving:
             artist.remove()
+
+
+def _leave_out(artists: list[Text], out: bool) -> None:
+    """Draw a figure without these, or with them; its layout has them in any case."""
+    for artist in artists:
+        artist.set_animated(out)
 
 
 def _moving(fig: Figure, fixed: set[Artist]) -> list[Artist]:
