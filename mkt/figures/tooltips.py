@@ -44,7 +44,6 @@ WORDS = {
     "fps": "frames per second",
     "frame": "the number of the frame",
     "gain": "how hard the camera is pulled to its place [1/s]",
-    "gamma": "the first look's share in the model",
     "grain": "noise of the sensor [grey levels]",
     "ground": "the picture behind the target",
     "growth": "how much larger the target is than the start",

@@ -100,6 +100,7 @@ def test_every_control_of_every_figure_says_in_words_what_it_does():
         if not entry.name.startswith("toy.") and name not in WORDS
     }
     assert not unknown
+    assert not set(WORDS) - {name for e in FIGURES.values() for name in e.sliders}
     assert explore("own.basin")._controls["turn"].tooltip == WORDS["turn"]
 
 
