@@ -142,6 +142,13 @@ def test_histograms_of_other_bins_have_no_neighbours(name, m):
         MEASURES[name](q, q, BINS)
 
 
+@pytest.mark.parametrize("name", ["smoothed", "earth mover"])
+def test_nor_has_a_reference_of_other_bins(name):
+    q, reference = np.full(27, 1 / 27), np.full(28, 1 / 28)
+    with pytest.raises(ValueError, match=r"shape \(28,\), but .* makes 27 bins"):
+        MEASURES[name](q, reference, BINS)
+
+
 def test_soft_bins_begin_with_the_borders_of_their_bins():
     """Half a bin of hue on, the votes of a colour are those of one half a bin ahead."""
     half = SoftBins(ColorBins(shift=(0.5, 0, 0)))

@@ -205,7 +205,9 @@ def test_what_is_no_number_of_points_is_refused(grades, text):
 def test_no_typed_sum_of_checks_is_without_end(grades):
     typed(grades, "", "check_add")
     typed(grades, "inf", "points")
-    with pytest.raises(SystemExit, match="'inf' in the table is not a number of"):
+    with pytest.raises(
+        SystemExit, match="'inf' in the table is not a number of points from 0 on"
+    ):
         merged(grades)
 
 

@@ -166,6 +166,19 @@ def test_what_lives_on_says_whether_the_target_is_hidden(accept):
     assert info["shares"][0] < 1  # sure enough to learn
 
 
+def test_the_printed_test_says_how_likely_the_new_places_are():
+    """It compares with old weights, and does not look at the old places."""
+    tracker = replace(STILL, accept="paper")
+    state = began(tracker)
+    image, likelihoods = tracker.bins(CLIP.frames[0]), np.full(40, 1e-3)
+    moved = state.regions + [9, 0, 0, 0, 0]
+    regions, weights, said = tracker.accepted(
+        state, image, moved, likelihoods, np.random.default_rng(0)
+    )
+    assert (regions == state.regions).all() and (weights == state.weights).all()
+    assert (said == likelihoods).all()
+
+
 def test_the_level_alone_decides_what_is_hidden():
     tracker = replace(STILL, level=0.1)
     equal = np.full(40, 1 / 40)

@@ -96,8 +96,9 @@ def _read(text: str, most: float, row: Row) -> float:
         value = -1
     # Python reads "1_0" as 10; a sum of checks that was typed has no upper end.
     if not 0 <= value <= most or math.isinf(value) or "_" in text:
+        end = "on" if math.isinf(most) else f"to {most:g}"
         raise ValueError(
             f"{row['student']}, {row['lab']}: {text!r} in the table is not a number of "
-            f"points from 0 to {most:g}"
+            f"points from 0 {end}"
         )
     return value
