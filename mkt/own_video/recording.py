@@ -354,13 +354,9 @@ def record(
 def ask_for_box(clip: Sequence, output: Path, first: int = 0) -> str:
     """Write the first frame to be tracked under a grid of pixels next to the output.
 
-    Returns a text that says how to read a box off it.  Raises ValueError for a first
-    frame beyond the last one, and OSError where the picture cannot be written.
+    Returns a text that says how to read a box off it.  Raises OSError where the picture
+    cannot be written.
     """
-    if first >= len(clip):
-        raise ValueError(
-            f"--from is {first}, but {clip.name} has the frames 0 to {len(clip) - 1}"
-        )
     path = free(Path(output).with_name(f"{Path(output).stem}-first-frame.png"))
     with whole(path) as half:
         pixel_grid(clip.frames[first]).savefig(half)

@@ -118,20 +118,8 @@ class Settings:
             When the box is not in it, or it has no such frames.
         """
         clip = truth_formats.video(self.video)
-        end = len(clip) if self.last is None else self.last + 1
-        if not 0 <= self.first < end <= len(clip):
-            raise ValueError(
-                f"frames {self.first} to {end - 1}: {self.name} has 0 to "
-                f"{len(clip) - 1}; choose the first one (--from) and the last one "
-                "(--to) among these"
-            )
-        if self.first + self.every >= end > self.first + 1:
-            raise ValueError(
-                f"every {self.every}-th frame: of {self.first} to {end - 1} that is "
-                "one alone; choose a smaller number (--every)"
-            )
         fps = clip.fps / min(self.every, len(clip))  # no float is beyond 1e308
-        part = clip.part(slice(self.first, end, self.every))
+        part = clip.part(chosen_frames(clip, self.first, self.last, self.every))
         truth = part.truth.copy()
         truth[0] = region_of(self.box, part.frames[0])
         return replace(part, truth=truth, fps=fps)
@@ -146,6 +134,30 @@ class Settings:
         values = asdict(self) | {"versions": versions()}
         with whole(path) as half:
             half.write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
+
+
+def chosen_frames(
+    clip: tracking.Sequence, first: int, last: int | None, every: int
+) -> slice:
+    """Which frames of a video these are; see `Settings`.
+
+    Raises
+    ------
+    ValueError
+        Where the video has no such frames, or one alone of those that were chosen.
+    """
+    end = len(clip) if last is None else last + 1
+    if not 0 <= first < end <= len(clip):
+        raise ValueError(
+            f"frames {first} to {end - 1}: {clip.name} has 0 to {len(clip) - 1}; "
+            "choose the first one (--from) and the last one (--to) among these"
+        )
+    if first + every >= end > first + 1:
+        raise ValueError(
+            f"every {every}-th frame: of {first} to {end - 1} that is one alone; "
+            "choose a smaller number (--every)"
+        )
+    return slice(first, end, every)
 
 
 def settled(

@@ -70,6 +70,8 @@ def video(path: str | os.PathLike, box: ArrayLike | None = None) -> Sequence:
         visibility[0] = 1
         row = Rows("the box of the first frame", None)
         refuse_untrue(row, truth[:1], frames, hidden=False)
+    if path.name in ("", ".."):  # a folder from where one stands
+        path = path.resolve()
     return Sequence(
         path.stem, frames, truth, visibility, path.name, upright=True, fps=frames.fps
     )

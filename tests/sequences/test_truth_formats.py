@@ -235,6 +235,15 @@ def test_video_with_and_without_box(tmp_path):
     assert len(video(write_images(tmp_path / "mine", 4))) == 4
 
 
+def test_the_folder_where_one_stands_has_a_name(tmp_path, monkeypatch):
+    folder = write_images(tmp_path / "mine", 2)
+    monkeypatch.chdir(folder)
+    assert video(".").name == "mine"
+    (folder / "deeper").mkdir()
+    monkeypatch.chdir(folder / "deeper")
+    assert video("..").name == "mine"
+
+
 @pytest.mark.parametrize(
     "box, what",
     [

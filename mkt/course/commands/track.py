@@ -188,9 +188,10 @@ def _ask(args) -> int:
     from mkt.own_video import recording, settings
     from mkt.sequences.truth_formats import video
 
-    # A wrong name is reported now, not after the box was read off.
+    # What is wrong is reported now, not after the box was read off.
     settings.with_numbers(_tracker(args), _particles(args))
     clip = video(args.video)
+    settings.chosen_frames(clip, args.first, args.last, args.every)
     words = recording.ask_for_box(clip, _output(args, args.video), args.first)
     print(words, file=sys.stderr)
     return ASKED
