@@ -17,6 +17,7 @@ from mkt.experiments import claims
 from mkt.figures.film import play, webm
 from mkt.figures.registry import FIGURES
 from mkt.papers import runs
+from mkt.papers.lessons import loops
 from mkt.papers.lessons import servoing as lessons
 from mkt.papers.runs import loop_run
 from mkt.papers.teuliere2009 import servoing
@@ -352,7 +353,7 @@ def test_the_answer_settles_at_speed_over_gain(gain):
     "kalman", [OFF, RAW, Kalman(0.2)], ids=["off", "raw", "kalman"]
 )
 def test_one_feature_is_the_closed_loop_of_the_control_package(kalman, delay):
-    t, velocity, expected = lessons.answer(closed_loop(1.5, 0.2, kalman, delay))
+    t, velocity, expected = loops.answer(closed_loop(1.5, 0.2, kalman, delay))
     gains, noise = np.array([1.5, 1.5]), np.zeros((len(t), 2))
     e = one_feature(gains, 0.2, kalman, velocity, noise, delay)
     assert e == pytest.approx(np.column_stack([expected] * 2), abs=1e-9)
@@ -361,19 +362,19 @@ def test_one_feature_is_the_closed_loop_of_the_control_package(kalman, delay):
 def test_the_map_agrees_with_theory_and_noise_moves_its_best_place():
     quiet, noisy = (numbers("own.loop_map", jitter=jitter) for jitter in (0.0, 5.0))
     steady, peak = quiet["steady"], quiet["peak"]
-    assert steady[1:, 0] == pytest.approx(5 / lessons.GAINS[1:], rel=0.01)
+    assert steady[1:, 0] == pytest.approx(5 / loops.GAINS[1:], rel=0.01)
     assert peak[3, -1] == pytest.approx(2 * 5 * 0.2, rel=0.01)
     assert (steady[2:, 1:] < 0.1).all()
     best = [
-        lessons.RATIOS[np.unravel_index(z.argmin(), z.shape)[1]]
+        loops.RATIOS[np.unravel_index(z.argmin(), z.shape)[1]]
         for z in (quiet["noisy"], noisy["noisy"])
     ]
     assert best[0] == np.inf and 0 < best[1] < 1
 
 
 def test_a_lasting_swing_is_told_though_it_passes_through_zero():
-    steady = lessons.loop_errors(2.5, 0.3, 1, 0.0)[0]
-    assert steady[list(lessons.GAINS).index(2.5), 0] == pytest.approx(4, abs=0.1)
+    steady = loops.loop_errors(2.5, 0.3, 1, 0.0)[0]
+    assert steady[list(loops.GAINS).index(2.5), 0] == pytest.approx(4, abs=0.1)
 
 
 def test_the_table_of_the_map_has_a_row_for_each_cell():
@@ -382,7 +383,7 @@ def test_the_table_of_the_map_has_a_row_for_each_cell():
     for name in ("steady", "peak", "noisy"):
         cells = table[f"{name} [cm]"].unstack()
         assert (cells == shown[name]).all(axis=None)
-        assert (cells.columns == lessons.RATIOS).all()
+        assert (cells.columns == loops.RATIOS).all()
 
 
 # The film
