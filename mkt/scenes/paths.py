@@ -10,7 +10,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from mkt.types import Array, ArrayLike, Rng
 
@@ -70,6 +69,8 @@ def spline(path: Path) -> Callable[[ArrayLike], Array]:
     values = table[:, 1:]
     if len(table) == 1:
         return lambda t: np.broadcast_to(values[0], (*np.shape(t), values.shape[1]))
+    from scipy.interpolate import CubicSpline  # slow to import, and many draw nothing
+
     curve = CubicSpline(table[:, 0], values)
     first, last = table[0, 0] - 1, table[-1, 0] + 1
     return lambda t: curve(np.clip(t, first, last))

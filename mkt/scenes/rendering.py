@@ -20,7 +20,6 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from mkt import checks
 from mkt.checks import locked
@@ -247,6 +246,8 @@ def homographies(scene: Scene, layer: Layer, times: ArrayLike) -> Array:
         return of_regions(facing)
     about_x, about_y = np.moveaxis(spline(layer.tilt)(times), -1, 0)
     angles = np.stack([facing[..., 2], about_y, about_x], -1)
+    from scipy.spatial.transform import Rotation  # slow to import, and few cards tilt
+
     turns = Rotation.from_euler("ZYX", angles.reshape(-1, 3)).as_matrix()
     in_space = turns.reshape(*np.shape(times), 3, 3)
     in_space[..., :2] *= facing[..., None, 3:]

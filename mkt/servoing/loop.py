@@ -10,7 +10,7 @@ Explained in notebooks 08 and 09.
 import reprlib
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -54,7 +54,7 @@ class Experiment:
 
     servo: Servo = Servo()
     workspace: Workspace = Workspace()
-    path: Path = to_and_fro()
+    path: Path = field(default_factory=to_and_fro)
     start: tuple[float, ...] = (0.0,) * 6
     frames: int = 85
     tracker: Tracker | None = None
@@ -64,7 +64,7 @@ class Experiment:
     def __post_init__(self):
         if self.tracker is not None:
             check_tracker(self.tracker)
-        for field, possible, need in (
+        for name, possible, need in (
             ("servo", isinstance(self.servo, Servo), "a Servo"),
             ("workspace", isinstance(self.workspace, Workspace), "a Workspace"),
             ("path", _is_path(self.path), "way-points (t, X, Y, theta), t increasing"),
@@ -74,8 +74,8 @@ class Experiment:
             ("seed", is_whole(self.seed, 0), "a whole number, at least 0"),
         ):
             if not possible:
-                found = reprlib.repr(getattr(self, field))
-                raise ValueError(f"{field} is {found}; it must be {need}")
+                found = reprlib.repr(getattr(self, name))
+                raise ValueError(f"{name} is {found}; it must be {need}")
 
 
 def _is_path(path: Any) -> bool:

@@ -18,7 +18,6 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from mkt import checks
 from mkt.regions import corners, rotation, wrap_angle
@@ -92,6 +91,8 @@ def to_and_fro(
     heading : float [rad]
         The orientation at the start.
     """
+    from scipy.ndimage import gaussian_filter1d  # slow to import, for this hand alone
+
     t = np.arange(times[0], times[-1] + 0.05, 0.1)
     middle = (t[1:] + t[:-1]) / 2
     sign = 1 - 2 * (np.searchsorted(times[1:-1], middle) % 2)
