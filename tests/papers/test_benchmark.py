@@ -43,6 +43,12 @@ def test_every_fraction_is_found_and_no_other(n):
     assert not any(counts(f"{p / 100:.2f}", n) for p in sorted(impossible)[::37])
 
 
+def test_a_half_is_rounded_up():
+    """1 of 32 is 3.125 %."""
+    assert counts("3.13", 32, "rounded") == [1]
+    assert counts("3.12", 32, "rounded") == []
+
+
 def test_the_success_figure_shows_what_the_runs_give():
     low = numbers("own.success", scene="look-alike", limit=0.2)
     high = numbers("own.success", scene="look-alike", limit=0.7)

@@ -82,11 +82,13 @@ def test_a_target_that_is_hidden_at_first_counts_as_seen_in_frame_0():
     assert cordoba.occlusions(hidden) == [(1, 2), (4, 5)]
 
 
-@pytest.mark.parametrize("hits, back", [(4, 0), (6, 1)])
-def test_who_hits_in_most_frames_after_an_occlusion_is_back(hits, back):
-    """Of the ten frames that count, after the first five."""
+@pytest.mark.parametrize(
+    "first, hits, back", [(9, 4, 0), (9, 5, 0), (9, 6, 1), (8, 6, 0), (14, 6, 0)]
+)
+def test_who_hits_in_most_frames_after_an_occlusion_is_back(first, hits, back):
+    """Of the ten frames that count, from frame 9 on, after the first five."""
     iou = np.zeros(24)
-    iou[9 : 9 + hits] = 0.9
+    iou[first : first + hits] = 0.9
     hidden = clip([1] * 2 + [0] * 2 + [1] * 20)
     assert cordoba.found_again(iou, hidden) == (back, 1)
 

@@ -6,10 +6,13 @@ import pytest
 
 from mkt.autoregression import learnt
 from mkt.experiments.shipped import WISHED, read_table, seeds_of
+from mkt.homographies import through
 from mkt.papers.lessons import wishes
 from mkt.scenes.drawn import HELD_BACK, TUNING
 from mkt.scenes.rendering import regions
+from mkt.scenes.two_cameras import homographies
 from mkt.scenes.varied import KINDS, Varied
+from mkt.trackers.two_cameras import on_ground
 from tests.papers.drawing import numbers
 
 
@@ -105,6 +108,28 @@ def test_the_camera_with_the_wall_counts_after_the_first_frame(monkeypatch):
     rows = wishes._exchange_rows(7)
     assert [row["tracker"] for row in rows] == list(wishes.EXCHANGES)
     assert all((row["hits"], row["lost"], row["seed"]) == (0.5, 1, 7) for row in rows)
+
+
+def test_a_camera_that_is_off_takes_what_it_sees_for_too_far_to_the_left(monkeypatch):
+    class Told(Exception):
+        pass
+
+    def pair(believed, talking):
+        raise Told(believed)
+
+    monkeypatch.setattr(wishes, "TwoCameras", pair)
+    with pytest.raises(Told) as told:
+        wishes.exchanged.__wrapped__(0, True, 20.0)
+    point, (believed,) = np.array([[150.0, 110.0]]), told.value.args
+    for H, taken, off in zip(homographies(), believed, (0, 20), strict=True):
+        np.testing.assert_allclose(
+            on_ground(taken, through(H, point)), point - [off, 0]
+        )
+
+
+def test_behind_the_wall_has_two_sides():
+    there = np.array([[x, 120.0, 0, 20, 10] for x in (100, 160, 250)])
+    assert wishes.behind_the_wall(there).tolist() == [False, True, False]
 
 
 @pytest.mark.parametrize("kind", wishes.WAYS)

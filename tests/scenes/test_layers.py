@@ -39,6 +39,7 @@ def test_points_that_cannot_be_are_refused_with_their_field():
         ("tilt", ()),
         ("path", ((0.0, np.nan, 120.0, 0.0, 1.0),)),
         ("turn", ((9.0, 0.0), (0.0, 1.0))),
+        ("path", ((0.0, 1.0, 1.0, 0.0, 1.0), (0.0, 2.0, 2.0, 0.0, 1.0))),
     ):
         with pytest.raises(ValueError, match=rf"^{field} is .*(give|lies)"):
             replace(car, **{field: points})

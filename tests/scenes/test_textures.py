@@ -6,7 +6,7 @@ import pytest
 from mkt.scenes.layers import Layer
 from mkt.scenes.paths import standing
 from mkt.scenes.rendering import Scene
-from mkt.scenes.textures import NAMES, texture
+from mkt.scenes.textures import NAMES, resized, texture
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -14,6 +14,10 @@ def test_every_texture_is_there(name):
     rgba = texture(name)
     assert rgba.ndim == 3 and rgba.shape[2] == 4
     assert rgba.dtype == np.uint8 and rgba[..., :3].std() > 10
+
+
+def test_a_texture_from_far_away_keeps_two_pixels_a_side():
+    assert resized("car", 1e-3).shape == (2, 2, 4)
 
 
 def test_a_ring_has_a_hole_in_its_middle():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mkt.sequences.mot import mot, mot_main
+from mkt.sequences.mot import mot, mot_ids, mot_main
 from mkt.sequences.video import ImageFolder
 from tests.sequences.written import ONE_BASED, REGION, mot_folder, numbers, refused
 
@@ -37,6 +37,16 @@ def test_the_main_target_of_mot_is_the_one_seen_longest(tmp_path):
     assert (clip.frames[0] == ImageFolder(tmp_path / "img1")[1]).all()
     with refused("gt.txt", "no target is to be scored", "download"):
         mot_main(mot_folder(tmp_path / "none", rows[-1]))
+
+
+def test_of_targets_seen_equally_long_the_smaller_id_comes_first(tmp_path):
+    """A confidence below 0 is one that is not known."""
+    rows = [
+        f"{k},{target},11,13,20,10,{confidence},1,1"
+        for target, confidence in ((8, 1), (3, -1), (5, 1), (6, 1))
+        for k in range(1, 4 if target == 6 else 3)
+    ]
+    assert mot_ids(mot_folder(tmp_path, *rows)) == [6, 3, 5, 8]
 
 
 def test_mot_ten_columns(tmp_path):
@@ -117,6 +127,7 @@ def test_the_frame_rate_is_the_one_that_the_sequence_says(tmp_path):
         "frameRate=7",
         "[Sequence]\nframeRate=fast",
         "[Sequence]\nframeRate=0",
+        "[Sequence]\nframeRate=inf",
     ):
         said.write_text(text)
         with refused("seqinfo.ini", "no frame rate", "write frameRate=25"):

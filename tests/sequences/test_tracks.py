@@ -8,6 +8,7 @@ import pytest
 from mkt.course import cli
 from mkt.evaluation import JUDGED, evaluate
 from mkt.files import DataError
+from mkt.regions import corners, from_box
 from mkt.sequences import benchmarks, tracks
 from mkt.sequences.benchmarks import named
 from mkt.tracking import Track
@@ -84,6 +85,19 @@ def test_of_several_ids_it_is_the_one_that_begins_on_the_target(data, tmp_path):
     track, clip = tracks.read(tmp_path / "found.txt", named("walk:9"))
     assert np.allclose(track.regions[:2], clip.truth[:2])
     assert np.isnan(track.regions[2:]).all() and track.lost.tolist() == [0, 0, 1, 1]
+
+
+def test_rows_before_the_target_s_first_frame_are_left_out(data, tmp_path):
+    write(tmp_path / "found.txt", mot(1, data[:4], 1))
+    track, clip = tracks.read(tmp_path / "found.txt", named("walk:9"))
+    assert np.allclose(track.regions[:3], clip.truth[:3])
+    assert track.lost.tolist() == [0, 0, 0, 1]
+
+
+def test_boxes_for_vot_may_have_four_corners(data, tmp_path):
+    write(tmp_path / "found.txt", (corners(from_box(data)) + 0.5).reshape(-1, 8))
+    track, clip = tracks.read(tmp_path / "found.txt", named("cat"))
+    assert np.allclose(track.regions, clip.truth)
 
 
 def test_a_box_of_another_id_without_a_size_is_not_the_target(data, tmp_path):

@@ -61,6 +61,12 @@ def test_vot_polygons_from_any_corner_either_way(tmp_path, first, turn):
     assert not clip.upright
 
 
+def test_vot_polygons_have_the_mean_of_opposite_sides(tmp_path):
+    """A trapezium of 10 and 14 by 4."""
+    clip = vot(vot_folder(tmp_path, "10,10,20,10,24,14,10,14"))
+    assert clip.truth[0, 3] == 6
+
+
 def test_vot_polygons_with_hidden_frame_and_color_folder(tmp_path):
     polygon, hidden = numbers(corners(REGION) + 0.5), numbers([np.nan] * 8)
     clip = vot(vot_folder(tmp_path, polygon, hidden, polygon, frames="color"))
@@ -84,6 +90,11 @@ def test_bobot_fractions_with_index(tmp_path, header, avi):
     np.testing.assert_array_equal(clip.visibility, [1, 0, 1])
     assert np.isnan(clip.truth[1]).all()
     assert clip.frames[2][0, 0, 0] == 2
+
+
+def test_bobot_hides_rows_all_of_zeros_and_no_others(tmp_path):
+    clip = bobot(bobot_folder(tmp_path, "0 0 0.1 0.2 0.2", "1 0 0 0 0"))
+    np.testing.assert_array_equal(clip.visibility, [1, 0])
 
 
 def test_bobot_four_columns_under_header(tmp_path):
@@ -146,6 +157,7 @@ def test_byte_order_mark_blank_lines_and_windows_ends(tmp_path):
         ([GOOD, "9,NaN,9,9"], 2, 2, "NaN", "correct"),
         ([GOOD, "9,9,0,9"], 2, 2, "zero or negative", "correct"),
         ([GOOD, "9,9,9,-9"], 2, 2, "zero or negative", "correct"),
+        ([GOOD, "9,9,1e6,9"], 2, 2, "larger than any image", "correct"),
         ([GOOD, "65,9,9,9"], 2, 2, "outside the image of 64x48", "correct"),
         ([GOOD, "9,49,9,9"], 2, 2, "outside the image of 64x48", "correct"),
         ([GOOD, "9,-8,9,9"], 2, 2, "outside the image of 64x48", "correct"),

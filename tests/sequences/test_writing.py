@@ -4,6 +4,7 @@ import os
 import threading
 import time
 
+import cv2
 import numpy as np
 import pytest
 
@@ -30,6 +31,17 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path, capfd):
     with pytest.raises(OSError, match=r"a\.webm: cannot be written; is the folder"):
         with video_writer(path, (WIDTH, HEIGHT), 25):
             pass
+
+
+def test_a_disk_that_is_full_for_the_last_picture_is_told(tmp_path, monkeypatch):
+    class Full(cv2.VideoWriter):
+        def write(self, picture):
+            return False
+
+    monkeypatch.setattr(cv2, "VideoWriter", Full)
+    with pytest.raises(OSError, match=r"a\.avi: frame 0 could not be written; make"):
+        with video_writer(tmp_path / "a.avi", (WIDTH, HEIGHT), 25) as writer:
+            writer.write(picture(0))
 
 
 def test_another_ending_is_answered_with_those_there_are(tmp_path):

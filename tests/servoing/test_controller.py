@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mkt.servoing.controller import Servo
-from mkt.servoing.features import error
+from mkt.servoing.features import error, features
 from mkt.servoing.law import AdaptiveGain
 from mkt.servoing.self_motion import OFF
 
@@ -68,6 +68,8 @@ def test_a_tracker_that_is_lost_need_not_give_a_region():
     for one, other in zip(given[1], nothing[1], strict=True):
         np.testing.assert_array_equal(one, other)
     assert np.isnan(nothing[2].features).all() and np.isnan(nothing[2].error).all()
+    known = features([170.0, 110.0, 1.4, 45.0, 28.0], Servo().camera)
+    np.testing.assert_array_equal(given[2].features, known)
     np.testing.assert_array_equal(nothing[2].twist, given[2].twist)
     with pytest.raises(ValueError, match="hence no features"):
         Servo().step(Servo().init(), [np.nan] * 5)

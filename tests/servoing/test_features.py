@@ -118,6 +118,13 @@ def test_alpha_is_the_longer_axis():
     assert features(np.array([region, same]), camera).shape == (2, 4)
 
 
+def test_a_corner_may_lie_on_a_side():
+    """Without it this is a triangle of area 2."""
+    corners = [[0, 0], [2, 0], [4, 0], [0, 1]]
+    for ordered in (corners, corners[::-1]):
+        assert moments(ordered)[2] == pytest.approx(1 / np.sqrt(2))
+
+
 def test_the_alpha_of_a_square_is_the_direction_of_its_hx():
     assert features([100, 80, 0.3, 20, 20], Camera(), "alpha")[3] == pytest.approx(0.3)
 

@@ -30,6 +30,8 @@ def test_the_adaptive_gain_falls_from_near_to_far():
     assert gain(1e7 * e) == pytest.approx(0.5)
     assert (gain(0 * e) - gain(e)) / 1e-6 == pytest.approx(4.0, rel=1e-4)
     np.testing.assert_array_equal(twist(e, L, gain), twist(e, L, gain(e)))
+    # Of several components the largest counts.
+    assert gain(np.array([0.1, -0.3, 0.3, 0.2])) == gain(np.array([0.3, 0, 0, 0]))
 
 
 FLAT = np.diag([1.0, 1, 1, 0]) @ np.eye(4, 6)
@@ -44,6 +46,7 @@ FLAT = np.diag([1.0, 1, 1, 0]) @ np.eye(4, 6)
         ("the error .* not finite", lambda: twist(np.full(4, np.nan), L, np.mean)),
         ("interaction matrix .* finite", lambda: twist(np.ones(4), np.nan * L, 1.0)),
         ("gain is nan", lambda: twist(np.ones(4), L, lambda e: np.nan)),
+        ("gain is inf", lambda: twist(np.ones(4), L, np.inf)),
         ("dof", lambda: twist(np.ones(4), np.eye(4, 6), 1.0, dof=5)),
         ("near > far", lambda: AdaptiveGain(0.5, 1.0)),
     ],
@@ -120,3 +123,11 @@ def test_a_small_part_that_cannot_be_controlled_is_refused_at_any_scale(size, sh
     with pytest.raises(ValueError, match="singular"):
         twist(e, alike, 1.0)
     assert np.isfinite(twist(e, np.eye(4, 6), 1.0)).all()
+
+
+def test_rows_so_alike_that_rounding_spoils_the_twist_are_refused():
+    """They differ by a millionth, and L v is off by a twentieth of a thousandth."""
+    alike = np.eye(4, 6)
+    alike[3, 2:4] = 1, 1e-6
+    with pytest.raises(ValueError, match="singular"):
+        twist(np.array([1.0, 0, 0.5, 1.4]), alike, 1.0)

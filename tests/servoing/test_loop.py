@@ -387,6 +387,17 @@ def test_what_is_no_experiment_is_refused_with_its_field(field, value):
         Experiment(**{field: value})
 
 
+def test_a_tracker_may_overwrite_the_region_it_is_told():
+    class Untidy(Lightmeter):
+        def init(self, frame, region, rng):
+            region[:] = 0
+            return region
+
+    run = close_loop(Experiment(tracker=Untidy(), frames=1))
+    np.testing.assert_allclose(run.truths[0], Servo().desired)
+    np.testing.assert_array_equal(run.regions, run.truths)
+
+
 def test_what_a_tracker_says_in_the_loop_is_looked_at():
     class Silent(SSD):
         def step(self, state, frame, rng):

@@ -82,3 +82,5 @@ def test_the_error_shrinks_exponentially_and_the_tilt_with_it(gain):
 def test_tilt_is_the_angle_to_the_image():
     assert planes.tilt(pose_at([0.3, 0, 0], [0, 0, 1])) == pytest.approx(0.3)
     assert planes.tilt(pose_at([0, 0, 1.2], [0, 0, 1])) == 0
+    rounded = np.diag([1, 1, np.nextafter(1, 2), 1])
+    assert planes.tilt(rounded) == 0

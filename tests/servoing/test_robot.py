@@ -10,7 +10,14 @@ from scipy.stats import norm
 
 from mkt.regions import corners, displaced
 from mkt.servoing.features import Camera, features, interaction_matrix
-from mkt.servoing.robot import Workspace, circle, move, place, to_and_fro
+from mkt.servoing.robot import (
+    Workspace,
+    _homography,
+    circle,
+    move,
+    place,
+    to_and_fro,
+)
 
 DESIRED = np.array([159.5, 119.5, np.pi / 2, 50.0, 31.25])
 STILL = ((0.0, 0.0, 0.0, np.pi / 2),)
@@ -130,6 +137,16 @@ def test_nothing_aliases(twist, table):
     fine = shot(large, pose)
     reference = cv2.resize(fine, (320, 240), interpolation=cv2.INTER_AREA)
     assert np.abs(shot(workspace, pose).astype(int) - reference).mean() < 3
+
+
+def test_levels_of_the_car_are_rounded_and_not_cut_off():
+    pose = above(SHARP, (0, 0, 0, 0, 0, 0.5))
+    (left, top), part = SHARP._car(_homography(SHARP.camera, pose), CAR)
+    height, width = part.shape[:2]
+    seen = shot(SHARP, pose)[top : top + height, left : left + width]
+    opaque = part[..., 3] == 1
+    off = (seen - part[..., :3])[opaque]
+    assert opaque.sum() > 4000 and off.mean() == pytest.approx(0, abs=0.1)
 
 
 def test_the_exposure_averages_what_was_seen_before_the_instant():

@@ -5,8 +5,16 @@ import numpy as np
 import pytest
 
 from mkt.histograms import log_likelihood
+from mkt.homographies import through
 from mkt.particles import mean_region, normalised
-from mkt.scenes.two_cameras import FRAMES, TwoViews, homographies, seen
+from mkt.scenes.two_cameras import (
+    FRAMES,
+    SIZE,
+    VIEWS,
+    TwoViews,
+    homographies,
+    seen,
+)
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.two_cameras import (
     BYTES,
@@ -50,6 +58,12 @@ def test_what_is_heard_is_a_gaussian_with_a_floor():
     assert there == pytest.approx(0, abs=0.01)
     assert near == pytest.approx(-0.5, abs=0.01)  # three pixels are one deviation
     assert far == pytest.approx(np.log(FLOOR))
+
+
+def test_the_last_pixel_of_the_ground_is_seen_in_its_corner():
+    for H, view in zip(homographies(), VIEWS, strict=True):
+        corner = np.array([SIZE]) - 1.0
+        np.testing.assert_allclose(through(H, corner), [view[2]], atol=1e-3)
 
 
 def test_both_see_the_same_point_of_the_ground():
