@@ -32,7 +32,8 @@ def card(kind: str, seed: int) -> Scene:
     kind : str
         "base"; "blur": the shutter is open nearly all the time; "noise": five times as
         much; "occlusion": a slab of gravel, a third as wide as the card, comes down
-        through the image and hides up to .3 of the card on its way.
+        through the image and hides up to .29 of the card on its way in the scenes that
+        are held back, and up to .48 over 300 seeds.
     seed : int
 
     Raises

@@ -68,6 +68,11 @@ def test_a_kind_is_what_it_says(kind):
     assert clip.visibility.min() > 0.4
 
 
+def test_a_slab_hides_less_than_a_third_of_the_cards_that_are_held_back():
+    seen = [card("occlusion", seed).sequence().visibility.min() for seed in HELD_BACK]
+    assert 1 - min(seen) == pytest.approx(0.29, abs=0.005)
+
+
 def test_cards_turn_about_both_axes_and_now_and_then_far():
     tilts = [spline(card("base", seed).target.tilt)(TIMES) for seed in HELD_BACK]
     degrees = np.abs(np.rad2deg(tilts))
