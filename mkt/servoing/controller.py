@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mkt.checks import are_finite, is_number, is_whole, locked, positive
+from mkt.checks import in_a_tuple, is_number, is_whole, locked, positive
 from mkt.regions import HX, HY
 from mkt.servoing import law
 from mkt.servoing.features import PERIODS, Camera, error, features, interaction_matrix
@@ -111,9 +111,13 @@ class Servo:
 
     def __post_init__(self):
         positive(self, "dt", "surface")
-        five = are_finite(self.desired, 5)
+        five = in_a_tuple(self.desired, 5)
         for field, possible, need in (
-            ("desired", five and _has_area(self.desired), "a region with an area"),
+            (
+                "desired",
+                five and _has_area(self.desired),
+                "a tuple, a region with an area",
+            ),
             ("gain", _is_gain(self.gain), "a number from 0 on, or an AdaptiveGain()"),
             ("filter", isinstance(self.filter, Kalman), "a Kalman filter"),
             ("dof", self.dof in list(law.AXES), "6 or 4"),

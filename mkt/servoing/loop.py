@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mkt.checks import are_finite, is_number, is_whole
+from mkt.checks import in_a_tuple, is_number, is_whole
 from mkt.regions import area
 from mkt.servoing.controller import Command, Servo
 from mkt.servoing.robot import OutOfSight, Path, Workspace, move, place, to_and_fro
@@ -67,8 +67,8 @@ class Experiment:
         for name, possible, need in (
             ("servo", isinstance(self.servo, Servo), "a Servo"),
             ("workspace", isinstance(self.workspace, Workspace), "a Workspace"),
-            ("path", _is_path(self.path), "way-points (t, X, Y, theta), t increasing"),
-            ("start", are_finite(self.start, 6), "six finite numbers"),
+            ("path", _is_path(self.path), "a tuple of (t, X, Y, theta), with t rising"),
+            ("start", in_a_tuple(self.start, 6), "a tuple of six finite numbers"),
             ("frames", is_whole(self.frames, 1), "a whole number, at least 1"),
             ("jitter", is_number(self.jitter, 0), "a finite number from 0 on"),
             ("seed", is_whole(self.seed, 0), "a whole number, at least 0"),
@@ -80,8 +80,9 @@ class Experiment:
 
 def _is_path(path: Any) -> bool:
     """Whether these are way-points, one after the other in time."""
-    ordered = are_finite(path, None, 4) and np.diff(np.array(path)[:, 0]) >= 0
-    return bool(np.all(ordered))
+    if not (in_a_tuple(path, None, 4) and all(isinstance(p, tuple) for p in path)):
+        return False
+    return bool((np.diff(np.array(path)[:, 0]) > 0).all())
 
 
 class Run(NamedTuple):

@@ -44,6 +44,8 @@ def test_the_smallest_that_makes_sense_is_allowed(fields):
         ("gain", np.ones(2)),
         ("dt", np.inf),
         ("desired", (1, 2, 3)),
+        ("desired", list(Servo().desired)),
+        ("desired", np.arange(1.0, 6)),
         ("desired", (np.nan,) * 5),
         ("desired", (1, 2, 0, 0, 3)),
         ("filter", None),
