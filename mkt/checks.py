@@ -12,6 +12,7 @@ import numpy as np
 from mkt.regions import HX, HY, as_regions
 from mkt.types import ArrayLike, Frame, NDArray, Region
 
+WHITE = 255  # the highest grey level: a noise beyond it leaves nothing to be seen
 HUGE = 1e9  # px: squares of half axes beyond it lose the digits that count
 MOST = 100_000  # of anything counted, such as particles: a frame then takes seconds
 LONGEST = 32_766  # px a side, and samples: cv2.remap counts with 16 bits and a sign
@@ -97,6 +98,12 @@ def not_negative(specification: Any, *fields: str) -> None:
     """Refuse a field that is negative or not finite."""
     need = "it must be at least 0, and finite"
     numbers(specification, *fields, fits=lambda value: 0 <= value < np.inf, need=need)
+
+
+def grey_levels(specification: Any, *fields: str) -> None:
+    """Refuse a field that is negative, or more than there are grey levels."""
+    need = f"it must lie between 0 and {WHITE} grey levels"
+    numbers(specification, *fields, fits=lambda value: 0 <= value <= WHITE, need=need)
 
 
 def shares(specification: Any, *fields: str) -> None:

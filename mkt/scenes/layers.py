@@ -126,7 +126,7 @@ def _prepared(layer: Layer) -> NDArray:
 def _recoloured(rgb: Frame, degrees: float) -> Frame:
     hsv = cv2.cvtColor(rgb, cv2.COLOR_RGB2HSV)
     hues = hsv[..., 0].astype(int)  # in uint8 the sum would overflow
-    hsv[..., 0] = (hues + round(degrees / 2)) % HUES
+    hsv[..., 0] = (hues + round(degrees % 360 / 2)) % HUES
     return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
 
 

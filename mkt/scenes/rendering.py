@@ -94,7 +94,7 @@ class Scene:
         checks.counts(self, "length")
         checks.shares(self, "shutter")
         checks.positive(self, "zoom", "focal")
-        checks.not_negative(self, "noise")
+        checks.grey_levels(self, "noise")
         check_points(self, camera=5, light=4)
         checks.check_seed(self.seed)
         checks.image_size(self.size)

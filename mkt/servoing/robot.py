@@ -169,7 +169,8 @@ class Workspace:
     def __post_init__(self):
         checks.of_kind(self.camera, Camera, "camera", "give a Camera")
         checks.positive(self, "width", "table_width")
-        checks.not_negative(self, "exposure", "noise")
+        checks.not_negative(self, "exposure")
+        checks.grey_levels(self, "noise")
         checks.one_of(self, car=NAMES, table=NAMES)
 
     @property

@@ -63,8 +63,11 @@ def test_a_layer_without_width_or_tiles_is_refused():
 
 def test_a_hue_is_turned_by_as_many_degrees_as_it_says():
     layer = Layer("car", 90.0, MIDDLE)
-    plain = render(Scene(layer, length=1, noise=0.0), 0)
-    turned = render(Scene(replace(layer, hue=90.0), length=1, noise=0.0), 0)
+    plain, turned, round_and_on, far = (
+        render(Scene(replace(layer, hue=hue), length=1, noise=0.0), 0)
+        for hue in (0.0, 90.0, -270.0, 1e20)
+    )
+    assert (round_and_on == turned).all() and far.shape == plain.shape
 
     def hues(frame):
         hsv = cv2.cvtColor(frame[95:145, 125:195], cv2.COLOR_RGB2HSV).astype(float)

@@ -180,6 +180,7 @@ def test_a_target_that_shrinks_to_nothing_between_two_points_is_refused():
         ("shutter", 1.5),
         ("noise", -1.0),
         ("noise", np.nan),
+        ("noise", 1e39),
         ("length", 0),
         ("length", 2.5),
         ("zoom", 0.0),
