@@ -56,15 +56,9 @@ def closed_loop(
         For a frame period or a mismatch that is not positive, a delay that is not a
         whole number from 0 on, and a gain that is not finite.
     """
-    check_period(dt)
-    if not np.isfinite(gain):
-        raise ValueError(f"gain is {gain}; it must be a finite number")
+    _check_loop(gain, dt, delay)
     if not mismatch > 0:
         raise ValueError(f"mismatch is {mismatch}; it must be positive")
-    if not is_whole(delay, 0):
-        raise ValueError(
-            f"delay is {delay!r}; it must be a whole number of frames, from 0 on"
-        )
     import control
 
     blocks = [
@@ -82,6 +76,16 @@ def closed_loop(
     ]
     loop = control.interconnect(blocks, inputs="de_dt", outputs="e")
     return cast("StateSpace", loop)
+
+
+def _check_loop(gain: ArrayLike, dt: float, delay: int) -> None:
+    check_period(dt)
+    if not np.isfinite(gain).all():
+        raise ValueError(f"gain is {gain}; it must be finite")
+    if not is_whole(delay, 0):
+        raise ValueError(
+            f"delay is {delay!r}; it must be a whole number of frames, from 0 on"
+        )
 
 
 def _system(
@@ -141,7 +145,13 @@ def one_feature(
     -------
     (T, n) array
         The true errors, in that unit of length.
+
+    Raises
+    ------
+    ValueError
+        As `closed_loop` does.
     """
+    _check_loop(gain, dt, delay)
     e = np.zeros(len(gain))
     state = np.zeros((2, len(gain)))
     history = []

@@ -5,11 +5,7 @@ import numpy as np
 import pytest
 
 from mkt.servoing.poles import closed_loop, one_feature
-from mkt.servoing.self_motion import (
-    OFF,
-    RAW,
-    Kalman,
-)
+from mkt.servoing.self_motion import OFF, RAW, Kalman
 
 
 def test_the_steady_error_is_c_over_gain_without_compensation_and_zero_with_it():
@@ -56,3 +52,13 @@ def test_the_noise_of_one_feature_moves_the_error_but_is_no_part_of_it():
         still[1:], 0.8 * still[:-1] - 0.2 * noise[:-1, 0], atol=1e-12
     )
     assert still[0] == 0
+
+
+@pytest.mark.parametrize("field, value", [("dt", 0), ("delay", -1), ("gain", np.nan)])
+def test_both_forms_of_the_loop_refuse_the_same_in_words(field, value):
+    given = {"gain": 1.0, "dt": 0.2, "kalman": OFF, "delay": 0} | {field: value}
+    with pytest.raises(ValueError, match=f"^{field} is {value}; .* must be"):
+        closed_loop(**given)
+    given["gain"] = np.array([given["gain"]])
+    with pytest.raises(ValueError, match=f"^{field} is .*; .* must be"):
+        one_feature(**given, velocity=np.zeros(3), noise=np.zeros((3, 1)))
