@@ -97,8 +97,7 @@ def parking(seed: int, target: str = "car") -> Scene:
     """
     rng = np.random.default_rng((12, seed))
     layers = {"person": _walker(rng), "car": _turning_car(rng)}
-    if target not in layers:
-        raise ValueError(f"target is {target!r}; it must be car or person")
+    check_known("target", target, layers)
     chosen = layers.pop(target)
     behind = tuple(layers.values())
     return Scene(chosen, "parking place", 150, behind=behind, seed=seed)

@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mkt.checks import image_size, positive
+from mkt.checks import check_known, image_size, positive
 from mkt.regions import CX, CY, HX, HY, THETA, area, wrap_angle
 from mkt.types import Array, ArrayLike, Regions
 
@@ -96,7 +96,7 @@ def features(regions: ArrayLike, camera: Camera, angle: str = "theta") -> Array:
     ValueError
         For a region without area, and another angle.
     """
-    _check_angle(angle)
+    check_known("angle", angle, PERIODS)
     seen = camera.normalised(regions)
     a = area(seen)
     if not ((a > 0) & (seen[..., HX] > 0)).all():
@@ -137,7 +137,7 @@ def error(s: ArrayLike, desired: ArrayLike, angle: str = "theta") -> Array:
     ValueError
         For another angle.
     """
-    _check_angle(angle)
+    check_known("angle", angle, PERIODS)
     e = np.asarray(s, float) - np.asarray(desired, float)
     e[..., 3] = wrap_angle(e[..., 3], PERIODS[angle])
     return e
@@ -211,14 +211,9 @@ def interaction_matrix(
     )
 
 
-def _check_angle(angle: str) -> None:
-    if angle not in PERIODS:
-        raise ValueError(f"angle is {angle!r}; it must be {' or '.join(PERIODS)}")
-
-
 def _check_rectangle(w: float, h: float, surface: float, angle: str) -> None:
     """Refuse what has no interaction matrix."""
-    _check_angle(angle)
+    check_known("angle", angle, PERIODS)
     if not surface > 0:
         raise ValueError(
             f"surface is {surface}; the true area of the target in m^2 must be positive"

@@ -96,8 +96,8 @@ def twist(
         For another dof, for an L that does not fit, for anything that is not finite,
         and where L is singular.
     """
-    if dof not in AXES:
-        raise ValueError(f"dof is {dof}; it must be 6, or 4 for vx, vy, vz, wz")
+    if dof not in list(AXES):
+        raise ValueError(f"dof is {dof!r}; it must be 6, or 4 for vx, vy, vz, wz")
     axes = list(AXES[dof])
     _check_fit(L, e, dof)
     if not all(np.isfinite(given).all() for given in (e, L, de_dt)):

@@ -91,8 +91,11 @@ def test_both_on_the_parking_place_can_be_followed(target, growth):
         clip = reduced(stories.parking(seed, target))
         assert len(clip) == 150 and clip.visibility.min() > 0.6
         assert clip.truth[-1, 3] / clip.truth[0, 3] == pytest.approx(growth, rel=0.1)
-    with pytest.raises(ValueError, match="car or person"):
-        stories.parking(0, "lorry")
+    for unknown in "lorry", ["car"]:
+        with pytest.raises(
+            ValueError, match="target is .*; it must be one of pers.*car"
+        ):
+            stories.parking(0, unknown)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

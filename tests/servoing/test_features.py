@@ -145,6 +145,7 @@ def test_the_alpha_of_a_square_is_the_direction_of_its_hx():
         ("focal", lambda: Camera(0.0)),
         ("focal", lambda: Camera("long")),
         ("angle is 'beta'", lambda: features(GOLDEN, UNIT, "beta")),
+        (r"angle is \['theta'\]", lambda: features(GOLDEN, UNIT, ["theta"])),
         ("angle is 'beta'", lambda: interaction_matrix(GOLDEN, UNIT, 0.01, "beta")),
         ("angle is 'beta'", lambda: error([0, 0, 1, 0], [0, 0, 1, 0], "beta")),
     ],
