@@ -8,6 +8,8 @@ not.
 Explained in notebook 16.
 """
 
+import reprlib
+
 import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -62,7 +64,8 @@ def pose_of(seen: Array, camera: Camera, sides: ArrayLike) -> Array:
     gives both.  Each is then fitted to the four corners (``cv2.solvePnPRefineLM``), and
     the better one counts: by itself IPPE takes the size of a tilt from how much the
     plane is shortened, which near a right angle is next to nothing, and says 6 to 10
-    degrees for 2.
+    degrees for 2.  Near half a turn IPPE may give neither, so the pose that the columns
+    of the homography say themselves is fitted as well.
 
     Parameters
     ----------
@@ -75,21 +78,46 @@ def pose_of(seen: Array, camera: Camera, sides: ArrayLike) -> Array:
     Raises
     ------
     ValueError
-        For sides that are not two positive numbers.
+        For sides that are not two positive numbers, and for what is no homography.
     """
     rectangle = outline([0, 0, 0, *_half(sides)])
+    _check_homography(seen)
     in_space = np.column_stack([rectangle, np.zeros(4)])
     image = np.ascontiguousarray(corners(seen))
     given = in_space, image, camera.matrix, None
     found = cv2.solvePnPGeneric(*given, flags=cv2.SOLVEPNP_IPPE)
+    starts = [*zip(found[1], found[2], strict=True), _by_columns(seen, camera, sides)]
     fitted = []
-    for turn, way in zip(found[1], found[2], strict=True):
+    for turn, way in starts:
+        if not np.isfinite([turn, way]).all():
+            continue
         turn, way = (
             np.asarray(part, float) for part in cv2.solvePnPRefineLM(*given, turn, way)
         )
         again = cv2.projectPoints(in_space, turn, way, camera.matrix, None)[0][:, 0]
         fitted.append((np.sum((again - image) ** 2), _pose(turn, way)))
     return min(fitted, key=lambda each: each[0])[1]
+
+
+def _check_homography(seen: Array) -> None:
+    """Refuse what shows no plane, or one whose middle lies at the horizon."""
+    given = are_finite(seen, 3, 3) and np.linalg.matrix_rank(seen) == 3
+    if not (given and seen[2, 2]):
+        raise ValueError(
+            f"seen is {reprlib.repr(np.asarray(seen).tolist())}; give a homography, "
+            "3 x 3 finite numbers that can be inverted, the last one not 0"
+        )
+
+
+def _by_columns(seen: Array, camera: Camera, sides: ArrayLike) -> tuple[Array, Array]:
+    """The turn (3, 1) and the way (3, 1) next to the columns of a homography."""
+    columns = np.linalg.solve(camera.matrix, seen) / [*_half(sides), 1.0]
+    columns /= columns[2, 2]  # what is seen lies in front of the camera
+    columns /= np.sqrt(np.prod(np.linalg.norm(columns[:, :2], axis=0)))
+    x, y, way = columns.T
+    left, _, right = np.linalg.svd(np.column_stack([x, y, np.cross(x, y)]))
+    turn = Rotation.from_matrix(left @ right).as_rotvec()
+    return turn[:, None], way[:, None]
 
 
 def _pose(turn: Array, way: Array) -> Array:

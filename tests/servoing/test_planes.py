@@ -28,6 +28,37 @@ def test_the_pose_comes_back_from_its_homography(seed):
     assert np.allclose(planes.pose_of(seen, CAMERA, SIDES), pose, atol=1e-6)
 
 
+def turned(degrees, about, tilt=0):
+    """A pose 1 m away: turned about the view, then tilted about one axis [deg]."""
+    turn = Rotation.from_rotvec([0, 0, np.deg2rad(degrees)])
+    tilted = Rotation.from_rotvec(np.deg2rad(tilt) * np.eye(3)[about])
+    return pose_at((tilted * turn).as_rotvec(), [0, 0, 1])
+
+
+@pytest.mark.parametrize(
+    "poses",
+    [
+        [turned(angle, 0) for angle in range(360)],
+        [turned(180, 0, tilt) for tilt in range(1, 61)],
+        [turned(180, 1, tilt) for tilt in range(1, 61)],
+        [pose_at([0, 0, np.pi], [x / 10, -0.1, 0.7 + x / 5]) for x in range(-3, 4)],
+    ],
+)
+def test_near_half_a_turn_too_the_pose_comes_back(poses):
+    """There neither pose of IPPE need be one."""
+    seen = [planes.homography(pose, CAMERA, SIDES) for pose in poses]
+    found = [planes.pose_of(each, CAMERA, SIDES) for each in seen]
+    assert np.allclose(found, poses, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "seen", [np.full((3, 3), np.nan), np.ones((3, 3)), np.eye(3)[::-1], np.eye(2)]
+)
+def test_what_is_no_homography_has_no_pose(seen):
+    with pytest.raises(ValueError, match="seen is .*; give a homography, 3 x 3 fin"):
+        planes.pose_of(seen, CAMERA, SIDES)
+
+
 @pytest.mark.parametrize("sides", [0.3, (0.3,), (0.3, -0.2), (0.3, np.nan)])
 def test_a_rectangle_has_two_sides(sides):
     for call, given in (planes.homography, np.eye(4)), (planes.pose_of, np.eye(3)):
