@@ -2,12 +2,14 @@
 
 So figures 6 and 7 of [T09] draw one and the same run, a slider runs only the trackers
 that it changes, and the book, its tests and the next day's work find what is there.
+The arrays of a run are read-only, because all who ask for it share them.
 """
 
 from functools import lru_cache
 
 import numpy as np
 
+from mkt.checks import locked
 from mkt.experiments import cache, dependencies
 from mkt.figures.registry import listener
 from mkt.servoing import loop
@@ -21,8 +23,11 @@ LOOPS = cache.Shelf("loops", ".npz", cache.arrays_as_bytes, cache.arrays_of)
 
 @lru_cache(maxsize=64)
 def clip(source: Source) -> Sequence:
-    """The `Sequence` of a source, made once."""
-    return source.sequence()
+    """The `Sequence` of a source, made once; nobody may write to what it knows."""
+    made = source.sequence()
+    for known in (made.truth, made.visibility):
+        locked(known)
+    return made
 
 
 @lru_cache(maxsize=64)
@@ -50,6 +55,7 @@ def run(
     key = cache.key(tracker, origin, seed, sorted(keep), code)
     known = None not in (code, origin, key)
     columns = TRACKS.kept(key, make) if known else make()
+    columns = {name: locked(column) for name, column in columns.items()}
     names = [name for name in columns if name not in FIELDS]
     info = {name.removeprefix("info "): columns[name] for name in names}
     return Track(columns["regions"], columns["score"], columns["lost"], info)
@@ -87,4 +93,5 @@ def loop_run(experiment: Experiment, until_lost: bool = False) -> Run:
 
     code = dependencies.code_of(loop, experiment)
     key = cache.key(experiment, until_lost, code)
-    return Run(**(make() if None in (code, key) else LOOPS.kept(key, make)))
+    made = make() if None in (code, key) else LOOPS.kept(key, make)
+    return Run(**{name: locked(history) for name, history in made.items()})

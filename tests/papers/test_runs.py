@@ -4,13 +4,18 @@ import numpy as np
 import pytest
 
 from mkt.papers import runs
+from mkt.papers.lessons.loops import locus
+from mkt.papers.lessons.planes import look
+from mkt.papers.lessons.wishes import exchanged
 from mkt.scenes.layers import Layer
 from mkt.scenes.paths import standing
 from mkt.scenes.rendering import Scene
+from mkt.servoing.loop import Experiment
 from mkt.trackers.particle_filter import ParticleFilter
 
 CAT = Scene(Layer("cat", 40.0, standing(50, 40)), length=3, size=(100, 80))
 CAR = Scene(Layer("car", 40.0, standing(50, 40)), length=3, size=(100, 80))
+STANDING = Experiment(frames=2)
 FIVE, SIX = ParticleFilter(n=5), ParticleFilter(n=6)
 
 
@@ -39,6 +44,25 @@ def test_a_run_is_read_as_it_was_made():
         read.info["particles"], made.info["particles"], equal_nan=True
     )
     assert "particles" not in runs.run(FIVE, CAT, 3).info
+
+
+@pytest.mark.parametrize(
+    "shared",
+    [
+        lambda: [runs.clip(CAT).truth, runs.clip(CAT).visibility],
+        lambda: [*runs.run(FIVE, CAT)[:3], *runs.run(FIVE, CAT).info.values()],
+        lambda: runs.loop_run(STANDING),
+        lambda: locus("off", 0, 5, 1.0),
+        lambda: look("base", 1001),
+        lambda: exchanged(0, True, 0.0).values(),
+    ],
+    ids=["clip", "run", "loop", "locus", "look", "exchanged"],
+)
+def test_what_is_kept_for_all_is_changed_by_nobody(shared):
+    arrays = list(shared())
+    assert arrays and not any(array.flags.writeable for array in arrays)
+    with pytest.raises(ValueError, match="read-only"):
+        arrays[0][:] = 0
 
 
 def test_regions_have_a_row_for_each_tracker_and_a_column_for_each_seed():

@@ -11,6 +11,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from mkt.checks import locked
 from mkt.figures.registry import Shown, figure, grid_columns, shown
 from mkt.plotting import CONTRAST, CURRENT, SURFACE
 from mkt.servoing.poles import closed_loop, one_feature
@@ -102,7 +103,7 @@ def locus(
     gains = np.linspace(0, 10, 26)
     kalman = FILTERS[compensation]
     loops = [closed_loop(gain, 1 / fps, kalman, delay, mismatch) for gain in gains]
-    return gains, np.array([loop.poles() for loop in loops])
+    return locked(gains), locked(np.array([loop.poles() for loop in loops]))
 
 
 def answer(loop: Any) -> tuple[Array, Array, Array]:

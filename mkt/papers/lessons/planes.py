@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
+from mkt.checks import locked
 from mkt.colors import Bins, ColorBins, Joined
 from mkt.edges import EdgeBins
 from mkt.figures.registry import Shown, figure, shown
@@ -139,7 +140,7 @@ def look(kind: str, seed: int) -> tuple[Frame, Region, Frame, Array]:
     frames = Frames(scene)
     first = regions(scene, scene.target, 0.0)
     truth = homographies(scene, scene.target, float(LATER))
-    return frames[0], first, frames[LATER], truth
+    return frames[0], locked(first), frames[LATER], locked(truth)
 
 
 def start_from(

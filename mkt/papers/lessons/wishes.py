@@ -27,6 +27,7 @@ import numpy as np
 import pandas as pd
 
 from mkt.autoregression import AutoRegression, learnt
+from mkt.checks import locked
 from mkt.colors import ColorBins
 from mkt.evaluation import LAST
 from mkt.experiments.claims import Claim, Measured, Part, judge
@@ -165,7 +166,8 @@ def exchanged(seed: int, talking: bool, off: float) -> dict[str, Array]:
         found.append(told.regions)
         cost.append(told.bytes)
     wrong = np.linalg.norm(np.array(found)[..., :2] - truths[..., :2], axis=-1)
-    return {"regions": np.array(found), "errors": wrong, "bytes": np.array(cost)}
+    kept = {"regions": np.array(found), "errors": wrong, "bytes": np.array(cost)}
+    return {name: locked(column) for name, column in kept.items()}
 
 
 def behind_the_wall(regions: Array) -> Array:

@@ -12,6 +12,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mkt.checks import locked
 from mkt.colors import BinImage, Bins
 from mkt.experiments import timing
 from mkt.figures.registry import Shown, figure, shown
@@ -92,7 +93,7 @@ def step_costs(tracker: Adaptive, target: str, frames: int = FRAMES) -> Array:
     for frame in clip.frames[1 : frames + 1]:
         spent.append(_cost_of_step(tracker, state, frame))
         state, _ = tracker.step(state, frame, rng)
-    return np.array(spent)
+    return locked(np.array(spent))
 
 
 def _cost_of_step(tracker: Adaptive, state: AdaptiveState, frame: Frame) -> float:
