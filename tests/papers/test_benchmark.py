@@ -49,6 +49,24 @@ def test_a_half_is_rounded_up():
     assert counts("3.12", 32, "rounded") == []
 
 
+def test_of_a_long_film_all_fractions_are_found():
+    assert counts("50.00", 50_000) == [25_000, 25_001, 25_002, 25_003, 25_004]
+    assert counts("50.00", 50_000, "rounded") == list(range(24_998, 25_003))
+
+
+@pytest.mark.parametrize(
+    "given, what",
+    [
+        (("97.6", 627), "percent is '97.6'; give two decimals"),
+        (("976", 627), "percent is '976'; give two decimals"),
+        (("97.60", 627, "ceil"), "rounding is 'ceil'; it must be one of truncated"),
+    ],
+)
+def test_percentages_and_roundings_of_another_kind_are_refused(given, what):
+    with pytest.raises(ValueError, match=what):
+        counts(*given)
+
+
 def test_the_success_figure_shows_what_the_runs_give():
     low = numbers("own.success", scene="look-alike", limit=0.2)
     high = numbers("own.success", scene="look-alike", limit=0.7)

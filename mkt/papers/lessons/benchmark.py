@@ -3,6 +3,7 @@
 What a ranking depends on, and the arithmetic of a printed table.
 """
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mkt.checks import check_known
 from mkt.evaluation import HIT, LIMITS, overlaps, success, true_positives
 from mkt.figures.registry import Shown, figure, grid_columns, shown
 from mkt.papers import runs
@@ -35,6 +37,7 @@ SCENES = ("look-alike", "occlusion")
 LENGTHS = {"A": 602, "B": 629, "C": 404, "D": 947}
 LENGTHS |= {"E": 305, "F": 453, "G": 716, "I": 1017}
 FRAMES = np.arange(200, 1101)
+ROUNDINGS = ("truncated", "rounded")
 POSSIBLE, IMPOSSIBLE = "#d62728", "0.7"  # numbers of frames
 WRONG = "#d62728"
 BOBOT = "#0072b2"
@@ -138,10 +141,19 @@ def counts(percent: str, n: int, rounding: str = "truncated") -> list[int]:
     n : int
     rounding : {"truncated", "rounded"}
         The latter half up.
+
+    Raises
+    ------
+    ValueError
+        For a percentage with other decimals, and for another rounding.
     """
+    check_known("rounding", rounding, ROUNDINGS)
+    if not re.fullmatch(r"\d+\.\d\d", percent):
+        raise ValueError(f'percent is {percent!r}; give two decimals, such as "97.60"')
     hundredths = int(percent.replace(".", ""))
-    first = hundredths * n // 10000
-    candidates = range(max(first - 1, 0), min(first + 2, n) + 1)
+    first = (2 * hundredths - 1) * n // 20000  # half a hundredth less, for "rounded"
+    last = (hundredths + 1) * n // 10000
+    candidates = range(max(first, 0), min(last, n) + 1)
     return [k for k in candidates if _hundredths(k, n, rounding) == hundredths]
 
 
@@ -174,7 +186,7 @@ def _possible(row: str, n: int, rounding: str) -> list[bool]:
     "own.table_forensics",
     size=(10, 6.6),
     row=list(TABLE),
-    rounding=["truncated", "rounded"],
+    rounding=list(ROUNDINGS),
 )
 def table_forensics(
     fig: Figure, *, row: str = "clutter", rounding: str = "truncated"
