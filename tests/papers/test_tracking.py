@@ -118,6 +118,21 @@ def test_after_the_occlusion_the_combination_is_more_precise_than_its_filter(pat
     assert np.median(both[:, 1]) < np.median(both[:, 0])
 
 
+@pytest.mark.parametrize("draw", [tracking.fig6, tracking.fig7])
+def test_an_occlusion_that_outlasts_the_film_is_refused(draw):
+    """At the longest one the target is out again in the last frame, whatever the path.
+
+    After one frame more it is not, on some.
+    """
+    with pytest.raises(ValueError, match="occlusion is 31; it must be at most 30"):
+        draw(new_figure((10, 9.4)), occlusion=31)
+    last = [
+        [clip(hidden(seed, frames=frames)).visibility[-1] for seed in range(4)]
+        for frames in (tracking.LONGEST, tracking.LONGEST + 1)
+    ]
+    assert min(last[0]) > 0.9 > min(last[1])
+
+
 @pytest.mark.parametrize("change", [{}, {"particles": 25}, {"threshold": 0.8}], ids=str)
 def test_fig7_is_the_run_of_fig6_and_runs_nothing(change, fig6):
     thick = tracking.fig6(new_figure((10, 9.4)), **change)["regions"]

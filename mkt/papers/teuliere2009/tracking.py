@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mkt.evaluation import HIT, LAST, SEEN, errors, overlap
-from mkt.figures.registry import REGION, Shown, figure, shown
+from mkt.figures.registry import REGION, Shown, at_most, figure, shown
 from mkt.papers import runs
 from mkt.plotting import TRACKERS as COLORS
 from mkt.plotting import draw_name, draw_runs, film_strip
@@ -22,6 +22,7 @@ from mkt.types import Array, NDArray, Regions
 
 RUNS = 5  # over one path: the sensor noise and the tracker's random numbers differ
 FIRST = 46  # printed, Section VI-A: the frame of the rupture
+LONGEST = 30  # frames of an occlusion from which the target comes out before the end
 FIXED_C = replace(TRACKERS["ssd"], derivative_of_c=False)
 QUANTITIES = ["x [px]", "y [px]", "orientation [deg]"]
 _SLIDERS = {
@@ -77,6 +78,7 @@ def _occluded_runs(
     Returns the sequence of run 0, and the regions (5, RUNS, T, 5) of all trackers in
     all runs.
     """
+    at_most(LONGEST, occlusion=occlusion)
     trackers = list(contenders(particles, threshold).values())
     scene = hidden(seed, first=FIRST, frames=occlusion)
     scenes = [replace(scene, seed=k) for k in range(RUNS)]
