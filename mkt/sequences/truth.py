@@ -50,7 +50,11 @@ def sequence(
 
 
 def refuse_untrue(
-    rows: Rows, regions: Regions, frames: Frames, hidden: bool = True
+    rows: Rows,
+    regions: Regions,
+    frames: Frames,
+    hidden: bool = True,
+    remedy: str = "correct the row, or check that the format is the right one",
 ) -> None:
     """Refuse the first of the regions (T, 5) that cannot be true in these frames.
 
@@ -61,7 +65,6 @@ def refuse_untrue(
     DataError
         Naming the file, the line and the remedy.
     """
-    remedy = "correct the row, or check that the format is the right one"
     refuse_no_region(rows, regions, remedy, hidden)
     height, width = frames[0].shape[:2]
     what = f"{_WRONG}it lies outside the image of {width}x{height} px"

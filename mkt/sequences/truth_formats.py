@@ -69,7 +69,8 @@ def video(path: str | os.PathLike, box: ArrayLike | None = None) -> Sequence:
         truth[0] = from_box(box)
         visibility[0] = 1
         row = Rows("the box of the first frame", None)
-        refuse_untrue(row, truth[:1], frames, hidden=False)
+        remedy = "give left, top, width, height inside the first frame"
+        refuse_untrue(row, truth[:1], frames, hidden=False, remedy=remedy)
     if path.name in ("", ".."):  # a folder from where one stands
         path = path.resolve()
     return Sequence(

@@ -267,7 +267,7 @@ def test_the_folder_where_one_stands_has_a_name(tmp_path, monkeypatch):
 )
 def test_bad_boxes(tmp_path, box, what):
     path = write_video(tmp_path / "mine.mkv", 3)
-    with refused("the box of the first frame", what, "correct"):
+    with refused("the box of the first frame", what, "give left, top, width, height"):
         video(path, box=box)
 
 
