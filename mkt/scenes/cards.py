@@ -13,7 +13,7 @@ import numpy as np
 from mkt.checks import check_known
 from mkt.scenes.drawn import GROUNDS
 from mkt.scenes.layers import Layer
-from mkt.scenes.paths import LENGTH, Path, as_path, roaming, way
+from mkt.scenes.paths import LENGTH, Path, as_path, lots, roaming, way
 from mkt.scenes.rendering import Scene
 from mkt.types import Rng
 
@@ -39,10 +39,10 @@ def card(kind: str, seed: int) -> Scene:
     Raises
     ------
     ValueError
-        For an unknown kind.
+        For an unknown kind, and for a seed that is none.
     """
     check_known("kind", kind, KINDS)
-    rng = np.random.default_rng((16, seed))
+    rng = lots(16, seed)
     path = roaming(rng, every=EVERY, turn=0.3, growth=0.2)
     item, ground = CARDS[seed % 4], GROUNDS[seed // 4 % 4]
     target = Layer(item, CARD_WIDTH, path, tilt=tilting(rng))

@@ -15,6 +15,7 @@ from mkt.scenes.paths import (
     EDGES,
     MIDDLE,
     as_path,
+    lots,
     position,
     shaking,
     sizes,
@@ -49,7 +50,7 @@ def clutter(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 
     Four shuffled copies of the item lie about.
     """
-    rng = np.random.default_rng((21, seed))
+    rng = lots(21, seed)
     around = np.array([[-95, -60], [95, -65], [-90, 70], [100, 60]])
     places = MIDDLE + around + rng.normal(0, 12, (4, 2))
     behind = tuple(
@@ -67,7 +68,7 @@ def passers(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 
     Each is the item in slightly other colours, and hides it totally for some frames.
     """
-    rng = np.random.default_rng((22, seed))
+    rng = lots(22, seed)
     path = wandering(rng, LENGTH, 30, 0.15)
     front = []
     for frame in (40, 80, 120):
@@ -84,7 +85,7 @@ def passers(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 @SCENES.register("pillars")
 def pillars(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     """Indoors: the item walks behind three pillars, and the camera goes along."""
-    rng = np.random.default_rng((23, seed))
+    rng = lots(23, seed)
     times = np.arange(0, LENGTH + 25, 25.0)
     n = len(times)
     pace = rng.choice([-1, 1]) * rng.uniform(4, 6)
@@ -113,7 +114,7 @@ def scale(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     Its factor lies between .48 and 1.74 over the seeds, typically between two thirds
     and one and a half.
     """
-    rng = np.random.default_rng((24, seed))
+    rng = lots(24, seed)
     target = Layer(item, _width(item), wandering(rng, LENGTH, 25, 0.45))
     return _scene(target, ground, seed)
 
@@ -124,7 +125,7 @@ def trajectory(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 
     In each frame it moves by up to about half of the item.
     """
-    rng = np.random.default_rng((25, seed))
+    rng = lots(25, seed)
     times = np.arange(0, LENGTH + 8, 8.0)
     places = rng.uniform(EDGES, 2 * MIDDLE - EDGES, (len(times), 2))
     places[:2] = MIDDLE
@@ -136,7 +137,7 @@ def trajectory(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 @SCENES.register("background")
 def background_change(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     """A slow pan over four grounds of other colours, one after the other."""
-    rng = np.random.default_rng((26, seed))
+    rng = lots(26, seed)
     times = np.arange(0, LENGTH + 25, 25.0)
     n = len(times)
     x, y = 160 + 8 * times, 120 + rng.normal(0, 15, n)

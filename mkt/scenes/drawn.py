@@ -61,5 +61,12 @@ class Drawn:
 
 
 def drawn(kind: str, seed: int) -> Drawn:
-    """The scene that the rule of this module gives to a seed."""
+    """The scene that the rule of this module gives to a seed.
+
+    Raises
+    ------
+    ValueError
+        For a seed that is none.
+    """
+    check_seed(seed)
     return Drawn(kind, seed, ITEMS[seed % 4], GROUNDS[seed // 4 % 4])

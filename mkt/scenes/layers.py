@@ -17,7 +17,7 @@ import numpy as np
 from mkt import checks
 from mkt.colors import HUES
 from mkt.scenes.paths import STILL, Path, check_points, joined
-from mkt.scenes.textures import resized, texture
+from mkt.scenes.textures import NAMES, resized, texture
 from mkt.types import Array, Frame, NDArray
 
 FLAT: Path = ((0.0, 0.0, 0.0),)
@@ -71,9 +71,12 @@ class Layer:
     tilt: Path = FLAT
 
     def __post_init__(self):
+        checks.one_of(self, texture=NAMES)
         checks.positive(self, "width")
         checks.numbers(self, "hue", fits=np.isfinite, need="it must be finite")
         checks.counts(self, "shuffle")
+        if self.view is not None:
+            checks.of_kind(self.view, Layer, "view", "give a Layer, or None")
         check_points(self, path=5, turn=2, tilt=3)
         if not all(0 <= share <= 1 for _, share in self.turn):
             raise ValueError(f"turn is {self.turn}; a share lies between 0 and 1")

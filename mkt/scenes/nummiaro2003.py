@@ -12,7 +12,7 @@ import numpy as np
 
 from mkt.checks import check_known
 from mkt.scenes.layers import Layer
-from mkt.scenes.paths import Path, as_path, standing, way
+from mkt.scenes.paths import Path, as_path, lots, standing, way
 from mkt.scenes.rendering import Scene
 from mkt.types import Array
 
@@ -43,7 +43,7 @@ def students(seed: int, tree: float = TREE_WIDTH) -> Scene:
     tree : float [px]
         Its width; ours hides all of the student for 29 to 34 frames around frame 99.
     """
-    rng = np.random.default_rng((11, seed))
+    rng = lots(11, seed)
     times = np.arange(0.0, STUDENTS + 12, 11)
     straight = np.interp(times, [0, TREE, STUDENTS], [30, TREE_X, 365])
     unsteady = rng.normal(0, 1.5, len(times)) * (np.abs(times - TREE) > 15)
@@ -95,7 +95,7 @@ def parking(seed: int, target: str = "car") -> Scene:
     ValueError
         For any other target.
     """
-    rng = np.random.default_rng((12, seed))
+    rng = lots(12, seed)
     layers = {"person": _walker(rng), "car": _turning_car(rng)}
     check_known("target", target, layers)
     chosen = layers.pop(target)
@@ -139,7 +139,7 @@ def traffic(seed: int, look: str = "fades", growth: float = 1.8) -> Scene:
         For any other look.
     """
     check_known("look", look, LOOKS)
-    rng = np.random.default_rng((13, seed))
+    rng = lots(13, seed)
     times = np.arange(0.0, 176, 25)
     x = np.clip(160 + np.cumsum(rng.normal(0, 22, 8)), 90, 230)
     y = 120 + rng.normal(0, 10, 8)

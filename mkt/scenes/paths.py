@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mkt.checks import are_finite, check_seed
 from mkt.types import Array, ArrayLike, Rng
 
 Path = tuple[tuple[float, ...], ...]
@@ -50,12 +51,24 @@ def check_points(specification: Any, **numbers: int) -> None:
                 f"{field} is {reprlib.repr(points)}; give a tuple of at least one "
                 f"point, each a tuple of {n} numbers, the first of which is the frame"
             )
-        table = np.array(points, float)
-        if not np.isfinite(table).all() or (np.diff(table[:, 0]) <= 0).any():
+        finite = are_finite(points, None, n)
+        if not finite or (np.diff([point[0] for point in points]) <= 0).any():
             raise ValueError(
                 f"{field} is {reprlib.repr(points)}; give finite numbers, and frames "
                 "that rise from point to point"
             )
+
+
+def lots(story: int, seed: int) -> Rng:
+    """The random numbers of one story: other stories of the same seed have others.
+
+    Raises
+    ------
+    ValueError
+        For a seed that is none.
+    """
+    check_seed(seed)
+    return np.random.default_rng((story, seed))
 
 
 @lru_cache(maxsize=256)

@@ -10,7 +10,7 @@ import numpy as np
 
 from mkt.scenes import SCENES
 from mkt.scenes.layers import Layer
-from mkt.scenes.paths import LENGTH, WIDTH, Path, as_path, roaming, way
+from mkt.scenes.paths import LENGTH, WIDTH, Path, as_path, lots, roaming, way
 from mkt.scenes.rendering import Scene
 from mkt.scenes.textures import wall
 
@@ -22,7 +22,7 @@ FIRST, HIDDEN = 46, 10  # frame in which it begins to hide the item, and for how
 @SCENES.register("base")
 def base(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     """Translation, rotation and scale at a moderate speed."""
-    rng = np.random.default_rng((1, seed))
+    rng = lots(1, seed)
     return Scene(Layer(item, WIDTH, roaming(rng)), ground, LENGTH, seed=seed)
 
 
@@ -32,7 +32,7 @@ def look_alike(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 
     One has the same colours in another arrangement, one is the same in other colours.
     """
-    rng = np.random.default_rng((2, seed))
+    rng = lots(2, seed)
     shuffled = Layer(item, WIDTH, roaming(rng), shuffle=3)
     recoloured = Layer(item, WIDTH, roaming(rng), hue=120.0)
     target = Layer(item, WIDTH, roaming(rng))
@@ -48,7 +48,7 @@ def occlusion(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     held-back seeds (`mkt.scenes.drawn`) it is totally hidden for up to 26 frames, and
     in three of 32 a tenth of it is always seen.
     """
-    rng = np.random.default_rng((3, seed))
+    rng = lots(3, seed)
     path = roaming(rng, growth=0.0)
     front = (_panel(path, wall(ground)),)
     return Scene(Layer(item, WIDTH, path), ground, LENGTH, front=front, seed=seed)
@@ -68,7 +68,7 @@ def _panel(target: Path, material: str) -> Layer:
 @SCENES.register("blur")
 def blur(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     """Fast bursts under a shutter that is open nearly all the time."""
-    rng = np.random.default_rng((4, seed))
+    rng = lots(4, seed)
     target = Layer(item, WIDTH, roaming(rng, every=8, turn=0.3))
     return Scene(target, ground, LENGTH, shutter=0.9, seed=seed)
 
@@ -76,7 +76,7 @@ def blur(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 @SCENES.register("illumination")
 def illumination(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     """The light dims, brightens and changes its colour."""
-    rng = np.random.default_rng((5, seed))
+    rng = lots(5, seed)
     brightness = rng.uniform(-0.5, 0.2, (4, 1))
     cast = rng.normal(0, 0.12, (4, 3))
     gains = np.exp(brightness + cast)

@@ -12,6 +12,7 @@ to a scene finds it ready.  The same specification gives the same frames, in any
 Explained in notebook 02.
 """
 
+import reprlib
 from collections.abc import Callable, Iterator
 from collections.abc import Sequence as Series
 from dataclasses import dataclass, replace
@@ -27,7 +28,7 @@ from mkt.homographies import corners, of_regions
 from mkt.regions import HX
 from mkt.scenes.layers import FLAT, Layer, looks
 from mkt.scenes.paths import STILL, Path, check_points, joined, spline
-from mkt.scenes.textures import resized, texture
+from mkt.scenes.textures import NAMES, resized, texture
 from mkt.tracking import Sequence
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions
 
@@ -91,6 +92,9 @@ class Scene:
     focal: float = 400.0
 
     def __post_init__(self):
+        checks.of_kind(self.target, Layer, "target", "give a Layer")
+        _check_layers(self, "behind", "front")
+        checks.one_of(self, background=NAMES)
         checks.counts(self, "length")
         checks.shares(self, "shutter")
         checks.positive(self, "zoom", "focal")
@@ -116,6 +120,17 @@ class Scene:
                 "scales above 0, and more points where they change fast"
             )
         return Sequence(name, Frames(self), truth, _visibility(_noiseless(self)))
+
+
+def _check_layers(scene: Scene, *fields: str) -> None:
+    """Refuse a field that is no tuple of layers."""
+    for field in fields:
+        layers = getattr(scene, field)
+        tuples = isinstance(layers, tuple)
+        if not (tuples and all(isinstance(layer, Layer) for layer in layers)):
+            raise ValueError(
+                f"{field} is {reprlib.repr(layers)}; give a tuple of Layers, or ()"
+            )
 
 
 class Frames(Series):

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from mkt.checks import is_whole
 from mkt.scenes import SCENES
 from mkt.scenes.layers import Layer
-from mkt.scenes.paths import WIDTH, roaming, way
+from mkt.scenes.paths import WIDTH, lots, roaming, way
 from mkt.scenes.rendering import Scene, regions
 from mkt.scenes.textures import wall
 
@@ -25,7 +26,7 @@ def fast(
     The shutter is open for the share `exposure` of the frame period.  The speed is
     ours: over 16 seeds .11 of the item's width per frame, at most .32.
     """
-    rng = np.random.default_rng((6, seed))
+    rng = lots(6, seed)
     target = Layer(item, WIDTH, roaming(rng, 60, every=10, turn=0.4))
     return Scene(target, ground, 60, shutter=exposure, seed=seed)
 
@@ -42,8 +43,15 @@ def hidden(
 
     The item is totally hidden from frame `first` on for some frames.  The speed is
     ours: over 16 seeds .07 of the item's width per frame, at most .24.
+
+    Raises
+    ------
+    ValueError
+        For fewer frames than one.
     """
-    rng = np.random.default_rng((7, seed))
+    if not is_whole(frames, 1):
+        raise ValueError(f"frames is {frames!r}; give a whole number, at least 1")
+    rng = lots(7, seed)
     target = Layer(item, WIDTH, roaming(rng, 80, every=16, growth=0.0))
     scene = Scene(target, ground, 80, seed=seed)
     return replace(scene, front=(screen(scene, first, frames),))

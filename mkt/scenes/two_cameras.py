@@ -12,9 +12,10 @@ from functools import cached_property
 import cv2
 import numpy as np
 
+from mkt.checks import check_seed
 from mkt.scenes.drawn import drawn
 from mkt.scenes.layers import Layer
-from mkt.scenes.paths import WIDTH, way
+from mkt.scenes.paths import WIDTH, lots, way
 from mkt.scenes.rendering import Scene, regions, render
 from mkt.scenes.textures import texture
 from mkt.types import Array, Frame, Region, Regions
@@ -37,14 +38,22 @@ class TwoViews:
     ----------
     seed : int
         Of the path, the item, the ground and the noise.
+
+    Raises
+    ------
+    ValueError
+        For a seed that is none.
     """
 
     seed: int = 0
 
+    def __post_init__(self):
+        check_seed(self.seed)
+
     @cached_property
     def ground(self) -> Scene:
         """The `Scene` from above: the target crosses it behind the wall and turns."""
-        rng = np.random.default_rng((42, self.seed))
+        rng = lots(42, self.seed)
         times = np.linspace(0, FRAMES, 5)
         x = np.linspace(55, 265, 5) + rng.uniform(-8, 8, 5)
         y = rng.uniform(90, 150, 5)

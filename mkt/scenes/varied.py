@@ -7,12 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from mkt import checks
 from mkt.scenes.drawn import drawn
 from mkt.scenes.layers import Layer
-from mkt.scenes.paths import LENGTH, WIDTH, roaming
+from mkt.scenes.paths import LENGTH, WIDTH, lots, roaming
 from mkt.scenes.rendering import Scene
 from mkt.scenes.textures import CUT_OUT
 from mkt.tracking import Sequence
@@ -34,7 +32,7 @@ class Varied:
     Raises
     ------
     ValueError
-        For another name.
+        For another name, and for a seed that is none.
     """
 
     name: str
@@ -42,6 +40,7 @@ class Varied:
 
     def __post_init__(self):
         checks.one_of(self, name=KINDS)
+        checks.check_seed(self.seed)
 
     def scene(self) -> Scene:
         """The `Scene`, of 60 frames."""
@@ -60,7 +59,7 @@ def calm(seed: int, **target: Any) -> Scene:
 
 def swift(seed: int) -> Scene:
     """Short bursts: another way-point every eight frames, under a fast shutter."""
-    rng = np.random.default_rng((41, seed))
+    rng = lots(41, seed)
     lot = drawn("base", seed)
     target = Layer(lot.item, WIDTH, roaming(rng, every=8, turn=0.3))
     return Scene(target, lot.ground, LENGTH, shutter=0.0, seed=seed)

@@ -90,9 +90,15 @@ def to_and_fro(
         X, and, in radians a second, how much it turns.
     heading : float [rad]
         The orientation at the start.
+
+    Raises
+    ------
+    ValueError
+        For a seed that is none.
     """
     from scipy.ndimage import gaussian_filter1d  # slow to import, for this hand alone
 
+    checks.check_seed(seed)
     t = np.arange(times[0], times[-1] + 0.05, 0.1)
     middle = (t[1:] + t[:-1]) / 2
     sign = 1 - 2 * (np.searchsorted(times[1:-1], middle) % 2)

@@ -1,12 +1,18 @@
 """The registry of all scenes, and the rule by which they are drawn."""
 
 import pickle
+from functools import partial
 
 import pytest
 
 from mkt.scenes import SCENES
+from mkt.scenes.cards import card
 from mkt.scenes.cordoba2014 import KINDS
 from mkt.scenes.drawn import GROUNDS, ITEMS, Drawn, drawn
+from mkt.scenes.nummiaro2003 import parking, students, traffic
+from mkt.scenes.two_cameras import TwoViews
+from mkt.scenes.varied import Varied
+from mkt.servoing.robot import to_and_fro
 
 
 def test_all_scenes_are_found_by_name():
@@ -35,9 +41,24 @@ def test_a_drawn_scene_is_a_source():
     assert source.sequence().name == source.name == "fast"
 
 
-def test_what_is_no_seed_is_refused():
-    with pytest.raises(ValueError, match="seed is -1"):
-        Drawn("base", -1)
+SEEDED = {name: SCENES[name] for name in SCENES} | {
+    "Drawn": partial(Drawn, "base"),
+    "drawn": partial(drawn, "base"),
+    "students": students,
+    "parking": parking,
+    "traffic": traffic,
+    "card": partial(card, "base"),
+    "Varied": partial(Varied, "swift"),
+    "TwoViews": TwoViews,
+    "to_and_fro": to_and_fro,
+}
+
+
+@pytest.mark.parametrize("make", SEEDED.values(), ids=SEEDED)
+@pytest.mark.parametrize("seed", [-1, 1.5, "a"])
+def test_what_is_no_seed_is_refused(make, seed):
+    with pytest.raises(ValueError, match=f"^seed is {seed!r}; it must be a whole"):
+        make(seed)
 
 
 def test_an_unknown_kind_is_told_with_the_known_ones():

@@ -40,6 +40,9 @@ def test_points_that_cannot_be_are_refused_with_their_field():
         ("path", ((0.0, np.nan, 120.0, 0.0, 1.0),)),
         ("turn", ((9.0, 0.0), (0.0, 1.0))),
         ("path", ((0.0, 1.0, 1.0, 0.0, 1.0), (0.0, 2.0, 2.0, 0.0, 1.0))),
+        ("path", (("a", 0.0, 0.0, 0.0, 1.0),)),
+        ("path", ((0.0, (160.0, 0.0), 120.0, 0.0, 1.0),)),
+        ("turn", ((0.0, "x"),)),
     ):
         with pytest.raises(ValueError, match=rf"^{field} is .*(give|lies)"):
             replace(car, **{field: points})
@@ -59,6 +62,13 @@ def test_a_layer_without_width_or_tiles_is_refused():
         Layer("cup", 60.0, MIDDLE, shuffle=0)
     with pytest.raises(ValueError, match="^width is 0"):
         Layer("car", 0.0, MIDDLE)
+
+
+def test_an_unknown_texture_and_another_look_that_is_no_layer_are_refused():
+    with pytest.raises(ValueError, match="^texture is 'nope'; it must be one of car"):
+        Layer("nope", 60.0, MIDDLE)
+    with pytest.raises(ValueError, match="^view is of the type str; give a Layer"):
+        Layer("car", 60.0, MIDDLE, view="cup")
 
 
 def test_a_hue_is_turned_by_as_many_degrees_as_it_says():

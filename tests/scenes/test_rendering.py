@@ -197,6 +197,22 @@ def test_impossible_cameras_are_refused(field, value):
         Scene(Layer("car", 60.0, MOVING), **{field: value})
 
 
+@pytest.mark.parametrize(
+    "field, value",
+    [
+        ("target", "car"),
+        ("behind", [Layer("cup", 60.0, MIDDLE)]),
+        ("front", Layer("cup", 60.0, MIDDLE)),
+        ("front", ("cup",)),
+        ("background", "nope"),
+        ("background", ["workshop"]),
+    ],
+)
+def test_what_is_no_layer_and_no_ground_is_refused_by_its_field(field, value):
+    with pytest.raises(ValueError, match=rf"^{field} is .*(give|must)"):
+        replace(Scene(Layer("car", 60.0, MOVING)), **{field: value})
+
+
 def test_what_lies_behind_hides_nothing():
     wall = Layer("bricks", 300.0, MIDDLE)
     clip = Scene(Layer("car", 60.0, MIDDLE), length=1, behind=(wall,)).sequence()

@@ -35,6 +35,12 @@ def test_the_target_is_hidden_in_just_these_frames(item, ground, frames):
         assert visible[38] > 0.7 and visible[46 + frames + 8] > 0.7
 
 
+@pytest.mark.parametrize("frames", [0, -3, -30, 2.5])
+def test_a_target_is_hidden_for_a_frame_at_least(frames):
+    with pytest.raises(ValueError, match="^frames is .*at least 1"):
+        hidden(0, frames=frames)
+
+
 def test_no_exposure_sees_the_hidden_target():
     """The frames behind the screen are the same whatever the target is."""
     scene = replace(hidden(1), noise=0.0)
