@@ -332,8 +332,10 @@ def draw_map(
         heights = np.linspace(low, high, 8)[1:]
         ax.contour(x, y, z, heights, colors="white", linewidths=0.5, alpha=0.6)
     row, column = np.unravel_index(np.argmin(z), z.shape)
-    # Whole at the border, too.
-    ax.plot(x[column], y[row], "x", color="white", ms=9, mew=2.5, clip_on=False)
+    # Whole at the border, too, and its outer half to be seen on white paper.
+    rim = [Stroke(linewidth=4.5, foreground="black"), Normal()]
+    cross = {"color": "white", "ms": 9, "mew": 2.5, "path_effects": rim}
+    ax.plot(x[column], y[row], "x", clip_on=False, **cross)
     ax.set(**labels)
     return mesh
 

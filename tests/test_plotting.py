@@ -64,6 +64,15 @@ def test_the_cross_of_a_map_stands_at_its_lowest_point(ax):
     assert cross.get_xydata().tolist() == [[30, 1]]
 
 
+def test_the_cross_of_a_map_is_seen_at_the_border_too(ax):
+    draw_map(ax, np.arange(3.0), np.arange(2.0), np.array([[3.0, 2, 1], [4, 5, 6]]))
+    canvas = ax.figure.canvas
+    canvas.draw()
+    right = int(ax.bbox.x1)
+    beyond = np.asarray(canvas.buffer_rgba())[:, right + 2 : right + 8, :3]
+    assert beyond.min() < 50  # of white paper
+
+
 def test_the_tick_of_a_region_points_to_its_right_side(ax):
     draw_region(ax, TURNED)
     _, tick = ax.lines
