@@ -148,8 +148,9 @@ def chosen_frames(
     """
     end = len(clip) if last is None else last + 1
     if not 0 <= first < end <= len(clip):
+        asked = f"from {first} on" if last is None else f"{first} to {last}"
         raise ValueError(
-            f"frames {first} to {end - 1}: {clip.name} has 0 to {len(clip) - 1}; "
+            f"frames {asked}: {clip.name} has 0 to {len(clip) - 1}; "
             "choose the first one (--from) and the last one (--to) among these"
         )
     if first + every >= end > first + 1:

@@ -577,7 +577,7 @@ def test_a_part_is_tracked_by_the_numbers_of_its_frames(file, clip, tmp_path):
 @pytest.mark.parametrize(
     "words, said",
     [
-        (("--from", 9), "frames 9 to 7: car has 0 to 7"),
+        (("--from", 9), "frames from 9 on: car has 0 to 7"),
         (("--to", 8), "frames 0 to 8: car has 0 to 7"),
         (("--from", 3, "--to", 2), "frames 3 to 2: car has 0 to 7"),
         (("--every", 8), "every 8-th frame: of 0 to 7 that is one alone"),
@@ -590,9 +590,12 @@ def test_frames_that_are_not_there_are_refused(words, said, file, box, tmp_path)
     assert not [*tmp_path.iterdir()]
 
 
-@pytest.mark.parametrize("words", [("--from", 9), ("--from", 3, "--to", 2)])
-def test_frames_are_refused_before_a_box_is_asked_for(words, file, tmp_path):
-    with pytest.raises(SystemExit, match=f"frames {words[1]} to .: car has 0 to 7"):
+@pytest.mark.parametrize(
+    "words, said",
+    [(("--from", 9), "from 9 on"), (("--from", 3, "--to", 2), "3 to 2")],
+)
+def test_frames_are_refused_before_a_box_is_asked_for(words, said, file, tmp_path):
+    with pytest.raises(SystemExit, match=f"frames {said}: car has 0 to 7"):
         run(file, *words, "-o", tmp_path / "a.csv")
     assert not [*tmp_path.iterdir()]
 
