@@ -17,8 +17,8 @@ from typing import Any
 class Registry(Mapping):
     """A mapping {name: entry} that says which names it knows.
 
-    It refuses a name that is taken, and lists its names when it is asked for one that
-    it does not have.
+    It refuses a name that is taken.  Asked for one that it does not have it lists its
+    names, or says what lists them.
 
     Parameters
     ----------
@@ -29,6 +29,8 @@ class Registry(Mapping):
     order : callable, optional
         Key by which the names are sorted; without it they stay in the order in which
         they were registered.
+    listing : str, optional
+        A command that lists the names, for a message in which they would be too many.
     """
 
     # Whether a module was stopped half-way, by an error or Ctrl-C: imported once more,
@@ -40,8 +42,10 @@ class Registry(Mapping):
         kind: str,
         package: str | None = None,
         order: Callable[[str], Any] | None = None,
+        listing: str = "",
     ):
         self.kind, self._package, self._order = kind, package, order
+        self._listing = listing
         self._entries: dict[str, Any] = {}
         self._importing = RLock()
 
@@ -63,7 +67,7 @@ class Registry(Mapping):
     def __getitem__(self, name: str) -> Any:
         self._discover()
         if not isinstance(name, str) or name not in self._entries:
-            raise UnknownName(self.kind, str(name), list(self))
+            raise UnknownName(self.kind, str(name), list(self), self._listing)
         return self._entries[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -90,14 +94,27 @@ class Registry(Mapping):
 
 
 class UnknownName(KeyError, ValueError):  # KeyError is what a Mapping raises
-    """A name that a registry does not have; the message lists similar ones and all."""
+    """A name that a registry does not have; the message lists similar ones and all.
+
+    Parameters
+    ----------
+    kind, name : str
+    known : list of str
+        All names that there are.
+    listing : str, optional
+        A command that lists them; the message has it in their place.
+    """
+
+    def __init__(self, kind: str, name: str, known: list[str], listing: str = ""):
+        super().__init__(kind, name, known, listing)
 
     def __str__(self) -> str:
-        kind, name, known = self.args
+        kind, name, known, listing = self.args
         similar = [other for other in known if other.endswith(f".{name}")]
         similar = similar or get_close_matches(name, known)
-        hint = f", perhaps {' or '.join(similar)}?" if similar else ""
-        return f"no {kind} {name!r}{hint}; there are {', '.join(known)}"
+        hint = f", perhaps {' or '.join(similar)}" if similar else ""
+        every = f"`{listing}` lists all" if listing else f"there are {', '.join(known)}"
+        return f"no {kind} {name!r}{hint}; {every}"
 
 
 def import_all(package: str) -> None:

@@ -45,7 +45,7 @@ def test_a_name_cannot_be_taken_twice():
     "name, says",
     [
         ("fig44", "no thing 'fig44', perhaps t.fig4.*; there are t.fig4, t.bear"),
-        ("bear", "no thing 'bear', perhaps t.bear?; there are t.fig4, t.bear"),
+        ("bear", "no thing 'bear', perhaps t.bear; there are t.fig4, t.bear"),
         ("xyz", "no thing 'xyz'; there are t.fig4, t.bear"),
         (3, "no thing '3'; there are t.fig4, t.bear"),
         (["bear"], "no thing .*; there are t.fig4, t.bear"),
@@ -55,7 +55,18 @@ def test_an_unknown_name_is_told_with_similar_ones_and_all_of_them(name, says):
     things = filled("t.fig4", "t.bear")
     with pytest.raises(ValueError, match=says.replace("?", r"\?")) as caught:
         things[name]
+    assert "?" not in str(caught.value)
     assert isinstance(caught.value, KeyError)  # what a Mapping raises
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_of_many_names_a_message_has_only_the_similar_ones_and_what_lists_all():
+    things = Registry("thing", listing="mkt thing --list")
+    for name in ("t.bear", "t.fig4"):
+        things.add(name, name)
+    says = "no thing 'bear', perhaps t.bear; `mkt thing --list` lists all"
+    with pytest.raises(ValueError, match=f"^{says}$") as caught:
+        things["bear"]
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 

@@ -141,8 +141,15 @@ def write_all(entries: Iterable[Entry], folder: Path, ending: str) -> None:
 
     Raises
     ------
+    ValueError
+        For the name of a file.
     OSError
     """
+    if (suffix := folder.suffix).lower() in KEYS:
+        raise ValueError(
+            f"{folder}: all figures go into a folder; give its name without {suffix}, "
+            "and say what is written with --format"
+        )
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -56,7 +56,12 @@ COUNTS = FRAMES | {"count", "dof", "largest", "n", "particles", "runs", "seed"}
 
 _listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
 
-FIGURES = Registry("figure", "mkt.papers", order=by_group(tuple(PAPERS), "."))
+FIGURES = Registry(
+    "figure",
+    "mkt.papers",
+    order=by_group(tuple(PAPERS), "."),
+    listing="python3 -m mkt figure --list",
+)
 
 
 @dataclass(frozen=True)

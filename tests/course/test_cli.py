@@ -296,12 +296,12 @@ LIKENESS = ("teuliere2009.fig3", "-o", "x.csv")
 MISTAKES = [
     (
         ("ghosts", "-o", "x.png"),
-        f"no figure 'ghosts'; there are {', '.join(FIGURES)}",
+        "no figure 'ghosts'; `python3 -m mkt figure --list` lists all",
     ),
     (
         ("fig6", "-o", "x.png"),
         "no figure 'fig6', perhaps teuliere2009.fig6 or nummiaro2003.fig6 "
-        "or cordoba2014.fig6?; there are",
+        "or cordoba2014.fig6; `python3 -m mkt figure --list` lists all",
     ),
     (
         (*PICTURE, "--set", "spam=1"),
@@ -324,6 +324,10 @@ MISTAKES = [
     (
         (FIGURE, "-o", "no/such/folder/x.png"),
         "no folder no/such/folder for x.png; make it first",
+    ),
+    (
+        ("--all", "-o", "x.PNG"),
+        "x.PNG: all figures go into a folder; give its name without .PNG, and say",
     ),
     (
         ("--all", "-o", f"{__file__}/x"),

@@ -284,7 +284,7 @@ def test_mistakes_end_the_cell_with_the_known_names(mode, monkeypatch):
     monkeypatch.setenv("MKT_STATIC", mode)
     with pytest.raises(
         KeyError,
-        match=r"no figure 'toy.circle', perhaps toy.line\?; there are .*toy.line",
+        match=r"no figure 'toy.circle', perhaps toy.line; .* lists all",
     ):
         explore("toy.circle")
     with pytest.raises(

@@ -110,7 +110,7 @@ def test_drawing_twice_shows_the_same():
 
 
 def test_unknown_figures_and_parameters_are_named():
-    with pytest.raises(UnknownName, match="teuliere2009.fig3"):
+    with pytest.raises(UnknownName, match="perhaps teuliere2009.fig9"):
         FIGURES["teuliere2009.fig99"]
     with pytest.raises(ValueError, match="'colour'.*span"):
         FIGURES["teuliere2009.fig3"].draw(colour="red")
