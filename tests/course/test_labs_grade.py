@@ -185,6 +185,7 @@ def test_grade_refuses_before_it_starts_what_it_cannot_read_or_write(
     hand_in(toy / "grades.csv", "marks typed by the teacher")
     with pytest.raises(SystemExit, match=said):
         graded(toy / folder, toy / output)
+    assert not [*toy.glob("*.lock")]
     assert (toy / "grades.csv").read_text(
         encoding="utf-8"
     ) == "marks typed by the teacher"

@@ -44,6 +44,7 @@ from mkt.course.labs.submissions import (
     OLDER,
     Submission,
     coincidences,
+    existing_folder,
     handed_in,
 )
 from mkt.course.labs.sums import Labs, counts, sum_up, unread
@@ -103,7 +104,9 @@ def grade(
     """
     if not trusted and (why := sandbox.refusal()):
         raise ValueError(f"{why}; or say --trust-the-students")
-    _rows_so_far(output)  # which refuses another file, and a folder that is not there
+    # Both refuse what is not there, before anything is written.
+    folder = existing_folder(folder)
+    _rows_so_far(output)
     grader = _Grader(labs(), limit, boxed=not trusted)
     with (
         alone(pages.lock_of(output), "grading"),

@@ -72,6 +72,21 @@ class Submission:
     named: bool = True
 
 
+def existing_folder(folder: Path) -> Path:
+    """The folder of what was handed in.
+
+    Raises
+    ------
+    ValueError
+        Where there is none.
+    """
+    if folder.is_file():
+        raise ValueError(f"{folder}: this is a file; give the folder that it is in")
+    if not folder.is_dir():
+        raise ValueError(f"{folder}: there is no such folder")
+    return folder
+
+
 def handed_in(
     folder: Path, names: Iterable[str], copies: Path, ours: Collection[Path]
 ) -> list[Submission]:
@@ -90,12 +105,8 @@ def handed_in(
     Raises
     ------
     ValueError
-        Where there is no such folder, or no notebook in it.
+        Where there is no notebook in it.
     """
-    if folder.is_file():
-        raise ValueError(f"{folder}: this is a file; give the folder that it is in")
-    if not folder.is_dir():
-        raise ValueError(f"{folder}: there is no such folder")
     found = [_copied(folder, one, copies) for one in submissions(folder, names, ours)]
     if all(one.trouble for one in found):
         raise ValueError(
