@@ -1,6 +1,7 @@
 """Live figures in JupyterLab: the kernel's half."""
 
 import json
+import re
 
 import pytest
 
@@ -26,6 +27,12 @@ def panel():
 def test_what_has_a_fixed_value_is_drawn_by_the_kernel():
     assert isinstance(explore("teuliere2009.fig3"), LivePanel)
     assert isinstance(explore("teuliere2009.fig3", seed=0), Panel)
+
+
+@pytest.mark.parametrize("name", LIVE)
+def test_parts_that_a_telephone_shows_one_below_the_other_are_not_left_and_right(name):
+    caption = FIGURES[name].live_caption
+    assert not re.search(r"\b(left(?! over)|right)\b", caption, re.I)
 
 
 def test_a_caption_says_where_things_are_in_the_page():

@@ -109,11 +109,11 @@ def complexity(
     Python loops on the machine that drew this, the best of three.
 
     In the page: Two readings of the search through the cumulative weights, for
-    particles of random weight.  At the left a row for each draw, as long as there are
-    particles that it is compared with; at the right the comparisons for larger numbers
-    of particles, where the exponents are slopes of straight lines through the
-    logarithms.  Times are of this browser.  The page draws weights and darts of its
-    own: for the same seed its counts are not quite those of Python.
+    particles of random weight.  First a row for each draw, as long as there are
+    particles that it is compared with; then the comparisons for larger numbers of
+    particles, where the exponents are slopes of straight lines through the logarithms.
+    Times are of this browser.  The page draws weights and darts of its own: for the
+    same seed its counts are not quite those of Python.
 
     The paper counts N searches of up to N steps each and concludes O(N^2).  But its
     Algorithm 1 never sets i back to the start, so that all searches together take at

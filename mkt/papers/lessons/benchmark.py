@@ -56,10 +56,10 @@ def success_curves(
 ) -> Shown:
     """Success curves, and the ranking at one limit.
 
-    Left, the share of frames whose overlap exceeds T_lim, against T_lim.  Right, the
+    First, the share of frames whose overlap exceeds T_lim, against T_lim.  Then the
     same share at the limit of the slider (dashed), in the same colours and beside the
     same line: plain out of the frames in which the target is seen, hatched out of all
-    frames, as the fractions of [C14] suggest; then the area under the curve, as in OTB.
+    frames, as the fractions of [C14] suggest; last the area under the curve, as in OTB.
     Synthetic data: one sequence, one run of each tracker of the library but MIL, which
     would take longer than all the others together.
     """

@@ -60,11 +60,11 @@ def chance(
 ) -> Shown:
     """What chance does to the count: false starts on the background.
 
-    Each of the samples that wait appears by chance with the probability epsilon.  At
-    the left, how many of them do so in a frame, the part above b N (red) being a false
-    start; at the right, whether it comes to none in a hundred frames, for every
-    kick-off fraction, with thin lines for 2.3, 5 and 10 % of the background.  The
-    dashed line is b, the dotted one what one zone of three can hold.
+    Each of the samples that wait appears by chance with the probability epsilon.
+    First, how many of them do so in a frame, the part above b N (red) being a false
+    start; then, whether it comes to none in a hundred frames, for every kick-off
+    fraction, with thin lines for 2.3, 5 and 10 % of the background.  The dashed line is
+    b, the dotted one what one zone of three can hold.
     """
     if not 0 <= epsilon <= 100:
         raise ValueError(f"epsilon is {epsilon}, a share in %; give 0 to 100")

@@ -49,9 +49,9 @@ def root_locus(
 ) -> Shown:
     """The poles of the closed loop against the gain, and its answer to a moving target.
 
-    The target sets off, turns back and stops.  Left: a dot for every gain from 0 (dark)
+    The target sets off, turns back and stops.  First a dot for every gain from 0 (dark)
     to 10 (bright), crosses at the chosen one.  Outside the unit circle the loop runs
-    away; near 1 it is slow; at 0 are values that are stored for one frame.  Right: how
+    away; near 1 it is slow; at 0 are values that are stored for one frame.  Then how
     far the camera is behind a target of 5 cm/s, in steps of a frame; grey the target's
     velocity.  Delay: frames from the exposure to the command; mismatch: how many times
     too large the interaction matrix is thought to be.

@@ -188,11 +188,11 @@ def approach(
 ) -> Shown:
     """Closing the loop on a car that stands still.
 
-    Exact features, no compensation.  Left, the image: green the car at the start, red
-    where it should appear, black the paths of its corners, a dot for each frame.  Right
-    above, the errors at the time, which the controller knows only after the delay, and
-    dotted the exponentials that (17) promises; below, how fast the camera moves and how
-    fast it turns.  A loop that runs away is drawn as far as it sees the car.
+    Exact features, no compensation.  First the image: green the car at the start, red
+    where it should appear, black the paths of its corners, a dot for each frame.  Then
+    the errors at the time, which the controller knows only after the delay, and dotted
+    the exponentials that (17) promises; last how fast the camera moves and how fast it
+    turns.  A loop that runs away is drawn as far as it sees the car.
     """
     tried = Experiment(
         Servo(gain=gain, dt=1 / fps, delay=delay, dof=dof, filter=OFF),

@@ -348,12 +348,12 @@ def fig3(
     """Samples that wait where the target may appear, and how they know it.
 
     Synthetic data: the student sequence of figure 6, with the model of its first frame;
-    in frame 101 the student is behind the tree.  At the left the samples as the
+    in frame 101 the student is behind the tree.  First the samples as the
     initialisation mode places them, doors being the two sides of the tree; red ones
-    fulfil the appearance condition (15).  At the right the coefficient of ellipses all
-    over the background, with the mean, the limit of (15) that is two spreads above it,
-    and the coefficient at the true place while the student is in view.  The print waits
-    for a head at doors and image borders, and promises 95 % of the background below the
+    fulfil the appearance condition (15).  Then the coefficient of ellipses all over the
+    background, with the mean, the limit of (15) that is two spreads above it, and the
+    coefficient at the true place while the student is in view.  The print waits for a
+    head at doors and image borders, and promises 95 % of the background below the
     limit; the figure says what it is here.  The page draws samples of its own: for the
     same seed its counts are not quite those of Python.
     """
