@@ -151,7 +151,8 @@ def fig6(
     The kernel of (1) is round, and cannot know the angle.  A run is lost when it misses
     the target in most of the last ten frames.  The paper shows one run on one real
     sequence, and its filters come through.  Here that depends on the path, and SSD
-    finds a target again that comes out where it went in: take another path (the seed).
+    finds a target again that comes out where it went in: take another path (in Python,
+    seed).
     """
     clip, regions = _occluded_runs(particles, threshold, occlusion, seed)
     position, orientation, lost = before_and_after(regions, clip)
