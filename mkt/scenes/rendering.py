@@ -259,10 +259,10 @@ def homographies(scene: Scene, layer: Layer, times: ArrayLike) -> Array:
     facing = regions(scene, layer, times)
     if layer.tilt == FLAT:
         return of_regions(facing)
-    about_x, about_y = np.moveaxis(spline(layer.tilt)(times), -1, 0)
-    angles = np.stack([facing[..., 2], about_y, about_x], -1)
     from scipy.spatial.transform import Rotation  # slow to import, and few cards tilt
 
+    about_x, about_y = np.moveaxis(spline(layer.tilt)(times), -1, 0)
+    angles = np.stack([facing[..., 2], about_y, about_x], -1)
     turns = Rotation.from_euler("ZYX", angles.reshape(-1, 3)).as_matrix()
     in_space = turns.reshape(*np.shape(times), 3, 3)
     in_space[..., :2] *= facing[..., None, 3:]
