@@ -53,6 +53,10 @@ def test_as_many_darts_hit_a_share_as_the_particle_has_offspring(bar):
     everywhere(bar)
 
 
+def test_of_equal_weights_everybody_is_certain_to_live_once(bar):
+    agrees(bar, "residual", np.ones(49), 0)  # 49 * (1 / 49) < 1
+
+
 FAULTS = {
     "one dart for all": ("(i + drawn[i]) / n", "(i + drawn[0]) / n"),
     "a dart in each share of systematic": ("(i + drawn[0]) / n", "(i + drawn[i]) / n"),
