@@ -11,15 +11,20 @@ from mkt.papers.lessons import servoing
 from mkt.servoing.controller import Servo
 from mkt.servoing.features import error, features
 from mkt.servoing.loop import Experiment, close_loop
-from mkt.servoing.robot import Workspace
+from mkt.servoing.robot import OutOfSight, Workspace
 from mkt.servoing.self_motion import OFF
 from tests.live.conftest import assert_found, fixture_of
 
-MODULE = joined("servoing") + "\nexport const { approached, motions } = servoing_js;"
+EXPORTED = "\nexport const { approached, homography, motions, through } = servoing_js;"
+MODULE = joined("servoing") + EXPORTED
 FRAMES = 31
 RUN = """
 const { scene, law, start, frames } = data;
 return live.approached(scene, law, start, frames);
+"""
+THROUGH = """
+const { scene, pose, points } = data;
+return live.through(live.homography(scene, pose), points);
 """
 MOTIONS = "return live.motions(data.scene, data.region, data.push);"
 few = settings(
@@ -87,6 +92,23 @@ def everywhere(engine):
 
 def test_the_approach_frame_by_frame(loop):
     everywhere(loop)
+
+
+@pytest.mark.parametrize("depth", [0.03, 1e-6, -1e-6, -0.2])
+def test_the_table_is_seen_from_as_near_as_in_python(loop, depth):
+    work, pose = Workspace(), np.eye(4)
+    pose[2, 3] = -depth
+    corners = work.sides / 2 * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+    found = loop(
+        THROUGH, scene=scene_of(work), pose=pose.tolist(), points=corners.tolist()
+    )
+    if depth < 0:
+        assert found is None
+        with pytest.raises(OutOfSight):
+            work.outline(pose, np.zeros(3))
+    else:
+        wanted = work.outline(pose, np.zeros(3))
+        np.testing.assert_allclose(found, wanted, rtol=1e-6)
 
 
 def moves_alike(engine, place):
