@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mkt.figures.live import joined
 from mkt.trackers.adaptive import Adaptive
-from mkt.trackers.appearance import background, threshold
+from mkt.trackers.appearance import background, place, threshold
 from tests.live.conftest import Recorded, assert_found, fixture_of, picture
 from tests.strategies import frames
 
@@ -87,6 +87,28 @@ def everywhere(engine):
 
 def test_samples_wait_and_appear_as_in_python(appearance):
     everywhere(appearance)
+
+
+def test_a_coefficient_of_one_is_counted(appearance):
+    counts = appearance("return live.all.summary([0, 1, 1]).counts;")
+    assert counts == np.histogram([0, 1, 1], 50, (0, 1))[0].tolist()
+
+
+def test_as_many_wait_for_each_pixel_of_border(appearance):
+    size, axes, n = (4, 2), np.array([0.2, 0.1]), 60
+    rng = Drawn(0)
+    wanted = place(("borders",), size[::-1], axes, n, rng)
+    rng.standard_normal(n)
+    found = appearance(
+        "const { zones, size, halfAxes, n, drawn } = data;"
+        "return live.all.place(zones, size, halfAxes, n, live.all.replay(drawn));",
+        zones=["borders"],
+        size=size,
+        halfAxes=axes.tolist(),
+        n=n,
+        drawn=rng.drawn,
+    )
+    np.testing.assert_allclose(np.array(found)[:, :2], wanted)
 
 
 FAULTS = {
