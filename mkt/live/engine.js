@@ -150,7 +150,7 @@ export const ROUNDING = 1e-9;
 // The places of about so many samples, rows of nearly square cells.
 export function pixelGrid(samples, aspect) {
   const nx = rint(Math.min(Math.max(Math.sqrt(samples * aspect), 1), samples));
-  const ny = Math.max(rint(samples / nx), 1);
+  const ny = rint(samples / nx);
   const along = (n) => Array.from({ length: n }, (_, i) => (2 * i + 1) / n - 1);
   return along(ny).flatMap((y) => along(nx).map((x) => [x, y]));
 }

@@ -172,13 +172,10 @@ export function motions(scene, region, push) {
   return { pose, L: interactionMatrix(scene, region), ways };
 }
 
-// x of a x = b, by elimination with pivots.
+// x of a x = b by elimination, which needs no pivots: a = L L^T is positive definite.
 function solved(a, b) {
   const rows = a.map((row, i) => [...row, b[i]]);
   rows.forEach((_, k) => {
-    const below = rows.slice(k).map((row) => Math.abs(row[k]));
-    const pivot = k + below.indexOf(Math.max(...below));
-    [rows[k], rows[pivot]] = [rows[pivot], rows[k]];
     rows.forEach((row, i) => {
       if (i === k) return;
       const share = row[k] / rows[k][k];
