@@ -3,6 +3,7 @@
 Every refusal is a ValueError that names the field, its value and the remedy.
 """
 
+import sys
 from collections.abc import Callable, Collection
 from numbers import Real
 from typing import Any
@@ -66,18 +67,21 @@ def _is_real(value: Any) -> bool:
 
 def is_number(value: Any, least: float) -> bool:
     """Whether this is a finite number from `least` on."""
-    return _is_real(value) and least <= float(value) < np.inf
+    try:
+        return _is_real(value) and least <= float(value) < np.inf
+    except OverflowError:  # of a whole number such as 10**400
+        return False
 
 
 def are_finite(numbers: Any, *shape: int | None) -> bool:
     """Whether numbers are finite and of a shape, None for any length but 0."""
     try:
-        array = np.array(numbers, float)
-    except (TypeError, ValueError):
+        array = np.array(numbers, object)  # as floats, text and True pass for numbers
+    except ValueError:
         return False
     fits = array.ndim == len(shape) and array.size > 0
     fits = fits and all(n in (None, m) for n, m in zip(shape, array.shape, strict=True))
-    return bool(fits and np.isfinite(array).all())
+    return bool(fits and all(is_number(one, -sys.float_info.max) for one in array.flat))
 
 
 def in_a_tuple(numbers: Any, *shape: int | None) -> bool:
@@ -91,13 +95,18 @@ def in_a_tuple(numbers: Any, *shape: int | None) -> bool:
 def positive(specification: Any, *fields: str) -> None:
     """Refuse a field that is not a positive, finite number."""
     need = "it must be positive, and finite"
-    numbers(specification, *fields, fits=lambda value: 0 < value < np.inf, need=need)
+    numbers(
+        specification,
+        *fields,
+        fits=lambda value: value > 0 and is_number(value, 0),
+        need=need,
+    )
 
 
 def not_negative(specification: Any, *fields: str) -> None:
     """Refuse a field that is negative or not finite."""
     need = "it must be at least 0, and finite"
-    numbers(specification, *fields, fits=lambda value: 0 <= value < np.inf, need=need)
+    numbers(specification, *fields, fits=lambda value: is_number(value, 0), need=need)
 
 
 def grey_levels(specification: Any, *fields: str) -> None:

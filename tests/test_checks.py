@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import mkt
 from mkt import checks
 from mkt.checks import LONGEST, checked_frame, checked_region, finite
 
@@ -28,9 +29,15 @@ def kinds(specification, field):
         ),
         (
             checks.positive,
-            [1, 0.5, np.float64(3)],
-            [0, -1, np.inf, np.nan],
+            [1, 0.5, np.float64(3), np.float32(3)],
+            [0, -1, np.inf, np.float32("inf"), np.nan, 10**400],
             "it must be positive",
+        ),
+        (
+            checks.not_negative,
+            [0, 0.5, np.float32(3)],
+            [-1, np.inf, np.float32("inf"), np.nan, 10**400],
+            "it must be at least 0",
         ),
         (checks.shares, [0, 1, 0.5], [-0.1, 1.1, np.nan], "between 0 and 1"),
         (
@@ -48,6 +55,48 @@ def test_fields(check, good, bad, says):
         with pytest.raises(ValueError, match=f"field is .*; .*{says}") as caught:
             check(spec(value), "field")
         assert str(value) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "numbers, fit",
+    [
+        ((1, 2.0), True),
+        ((np.float32(1), 2**70), True),
+        (np.arange(3, dtype=np.uint8), True),
+        (np.arange(3, dtype=np.float32), True),
+        (("1", "2"), False),
+        ((True, 3), False),
+        (np.array([True, False]), False),
+        ((10**400, 1), False),
+        ((-(10**400), 1), False),
+        ((np.float32("inf"), 1), False),
+        ((1, -np.inf), False),
+        ((1, np.nan), False),
+        ((1j, 1), False),
+        (((1, 2), (3,)), False),
+        ([np.zeros((2, 2)), np.zeros((2, 3))], False),
+        ((), False),
+        (None, False),
+    ],
+)
+def test_finite_numbers_are_neither_text_nor_true(numbers, fit):
+    assert checks.are_finite(numbers, None) is fit
+
+
+def test_text_true_and_what_is_no_float_are_refused_by_name():
+    for made, says in (
+        (lambda: mkt.Servo(gain=10**400), "gain is"),
+        (lambda: mkt.Experiment(jitter=10**400), "jitter is"),
+        (lambda: mkt.Experiment(start=("0",) * 6), "start is"),
+        (lambda: mkt.SSD(sizes=("0.3", "3")), "sizes is"),
+        (lambda: mkt.SSD(sizes=(True, 3)), "sizes is"),
+        (lambda: mkt.Servo(desired=("1",) * 5), "desired is"),
+        (lambda: mkt.ColorBins(shift=("1", "2", "3")), "shift is"),
+        (lambda: mkt.Adaptive(zones=(("1", "2", "3", "4"),)), "zone .* is unknown"),
+        (lambda: mkt.Adaptive(zones=((10**400, 2, 3, 4),)), "zone .* is unknown"),
+    ):
+        with pytest.raises(ValueError, match=says):
+            made()
 
 
 def test_a_frame_comes_back_as_an_array():
