@@ -129,18 +129,17 @@ def _graded(
     odd = _odd(found, sources)
     rows = _rows_so_far(output)
     before = [_on_page(row) for row in rows]
-    failed = [row for row in rows if row["note"].startswith(OURS)]
-    rows = _without_late([row for row in rows if row not in failed], found)
-    done = {(row["file"], row["sha256"]) for row in rows}
+    rows = _without_late(rows, found)
     _tell(rows, found, odd)
+    done = {_version(row) for row in rows if not row["note"].startswith(OURS)}
     if rows:
         _write(output, rows, [], sources, comma)
     try:
         for row in grader.rows([one for one in found if _key(one) not in done]):
             rows = _rows_so_far(output) if rows else []
-            _carry_over(row, [*rows, *failed], sources)
+            _carry_over(row, rows, sources)
             _tell([row], found, odd)
-            rows.append(row)
+            rows = [one for one in rows if _version(one) != _version(row)] + [row]
             _write(output, rows, [row], sources, comma)
         rows = _rows_so_far(output) if rows else []
         sum_up(rows, sources)
@@ -230,7 +229,7 @@ def _tell(rows: list[Row], found: Iterable[Submission], odd: Odd) -> None:
             lines = [line for line in lines if line != OLDER]
             if row["sha256"] != newest[row["file"]]:
                 lines.insert(0, OLDER)
-            elif not row["note"].startswith(OURS):
+            elif not "".join(lines[:1]).startswith(OURS):
                 said = now.get(row["file"], [])
                 rest = [one for one in lines if not _is_of_files(one)]
                 lines = said + [one for one in rest if one not in said]
@@ -249,8 +248,13 @@ def _is_of_files(line: str) -> bool:
 def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
     """Give a new row what was typed for this file, or an older one with its answers.
 
-    Where points were typed for other answers alone, it has a note.
+    Where points were typed for other answers alone, it has a note.  Of a row that had
+    failed through us all stays that the new one has not.
     """
+    for old in rows:
+        if _version(old) == _version(row):
+            kept = [key for key in old if key != "note" and not row.get(key)]
+            row |= {key: old[key] for key in kept}
     questions = of_role(sources[row["lab"]], "question") if row["lab"] else ()
     older = [old for old in rows if old["file"] == row["file"]]
     for one in questions:
@@ -267,7 +271,8 @@ def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
         if same:
             row[one] = same[-1]
         elif typed:
-            row["note"] = "\n".join([*row["note"].splitlines(), pages.TYPED_ELSEWHERE])
+            lines = dict.fromkeys([*row["note"].splitlines(), pages.TYPED_ELSEWHERE])
+            row["note"] = "\n".join(lines)
 
 
 def _write(
@@ -344,6 +349,11 @@ def _unanswered(aside: str) -> str:
 def _key(one: Submission) -> tuple[str, str]:
     """By what a row recognises a submission."""
     return table.harmless(str(one.path)), one.sha256
+
+
+def _version(row: Row) -> tuple[str, str]:
+    """Which version of which file a row is of."""
+    return row["file"], row["sha256"]
 
 
 class _Grader:
