@@ -12,7 +12,7 @@ from mkt.course.labs import grading, marks, pages, table
 from mkt.course.labs.notebooks import headings, labs, name, of_role, released
 from mkt.course.labs.submissions import GONE
 from mkt.files import PACKAGE, ROOT
-from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
+from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in, meta
 
 # Each starts students' programs; a quick loop leaves them out.
 pytestmark = pytest.mark.slow
@@ -557,14 +557,111 @@ def test_no_student_can_write_our_notes(toy, words):
     assert "stops with ValueError" in page(toy / "grades.csv", "eve")
 
 
-def test_a_failure_of_ours_loses_no_typed_points(toy, monkeypatch):
+@pytest.fixture
+def failed(toy, monkeypatch):
+    """The table of a student whom we failed to grade, with points and a comment."""
     hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
-    broken = monkeypatch.context()
-    with broken as patched:
+    fail_to_grade(toy, monkeypatch)
+    (row,) = table.read(toy / "grades.csv")
+    row |= {"why": "2", "points": "2,5", "comment": "see me"}
+    table.write(toy / "grades.csv", row, [row], ",")
+    return toy / "grades.csv"
+
+
+def fail_to_grade(toy, monkeypatch):
+    with monkeypatch.context() as patched:
         patched.setattr(grading, "failures_of", None)
         trouble = grading.grade(toy / "submitted", toy / "grades.csv", trusted=True)
     assert trouble and grading.OURS in trouble[0]
-    found = table.read(toy / "grades.csv")
-    table.write(toy / "grades.csv", [*found[0], "why"], [found[0] | {"why": "2"}], ",")
-    row = graded(toy / "submitted", toy / "grades.csv")["ada"]
-    assert row["why"] == "2" and row["points"] == "3"
+
+
+def typed_in(output):
+    """What was typed into the rows of a table."""
+    keys = "why", "points", "comment"
+    return [tuple(row[key] for key in keys) for row in table.read(output)]
+
+
+def test_a_failure_of_ours_loses_nothing_that_was_typed(failed, toy, monkeypatch):
+    fail_to_grade(toy, monkeypatch)
+    assert typed_in(failed) == [("2", "2,5", "see me")]
+    graded(toy / "submitted", failed)
+    assert typed_in(failed) == [("2", "3", "see me")]
+    (row,) = table.read(failed)
+    assert (row["total"], row["note"]) == ("5", "")
+
+
+def test_a_failed_row_whose_file_is_gone_stays_and_is_graded_when_it_is_back(
+    failed, toy
+):
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer())
+    (toy / "submitted" / "ada").rename(toy / "aside")
+    graded(toy / "submitted", failed)
+    assert typed_in(failed)[0] == ("2", "2,5", "see me")
+    assert table.read(failed)[0]["note"].splitlines()[0] == GONE
+    (toy / "aside").rename(toy / "submitted" / "ada")
+    graded(toy / "submitted", failed)
+    assert typed_in(failed)[0] == ("2", "3", "see me")
+    assert table.read(failed)[0]["note"] == ""
+
+
+def test_a_failed_row_whose_file_was_handed_in_again_stays_as_an_older_one(failed, toy):
+    again = answer(**GOOD | {"why": "Why?\n\nNow I know."})
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", again)
+    graded(toy / "submitted", failed)
+    notes = {row["points"]: row["note"].splitlines()[0] for row in table.read(failed)}
+    assert notes == {"2,5": grading.OLDER, "3": pages.TYPED_ELSEWHERE}
+    assert ("2", "2,5", "see me") in typed_in(failed)
+
+
+def test_a_failed_row_stays_where_the_next_run_is_stopped(failed, toy, monkeypatch):
+    def stopped(*_, **__):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(grading._Grader, "rows", stopped)
+        with pytest.raises(InterruptedError):
+            grading.grade(toy / "submitted", failed, trusted=True)
+    assert typed_in(failed)[0][0] == "2"
+    graded(toy / "submitted", failed)
+    assert typed_in(failed) == [("2", "3", "see me")]
+
+
+def test_points_of_an_older_version_are_told_once_however_many_questions_there_are():
+    two = released(TOY)
+    two.cells.append(
+        nbformat.from_dict(two.cells[-1] | {"metadata": meta("how", True, True, 1)})
+    )
+    old = {"file": "a", "lab": "toy", "note": "", "why": "1", "how": "2"}
+    row = old | {"sha256": "new", "answers": "y", "why": "", "how": ""}
+    grading._carry_over(row, [old | {"sha256": "", "answers": "x"}], {"toy": two})
+    assert row["note"] == pages.TYPED_ELSEWHERE
+
+
+def test_a_typed_sum_of_the_checks_gives_its_comma_to_the_total(grades):
+    (row,) = table.read(grades)
+    row |= {"points": "1,5", "check_add": "", "why": "2"}
+    table.write(grades, row, [row], ";")
+    (row,) = merged(grades)
+    assert (row["points"], row["total"]) == ("1,5", "3,5")
+    table.write(grades, row, [row | {"check_add": "0.5"}], ";")
+    (row,) = merged(grades)
+    assert (row["points"], row["total"]) == ("1.5", "3.5")  # the sum is ours again
+
+
+def test_a_table_in_utf_16_is_to_be_saved_anew_and_not_to_be_removed(grades, toy):
+    grades.write_text(grades.read_text(encoding="utf-8-sig"), encoding="utf-16")
+    for command in (["--merge"], [str(toy / "submitted"), "--trust-the-students"]):
+        with pytest.raises(SystemExit, match="save it as CSV in UTF-8") as caught:
+            cli.run(cli.parse(["labs", "grade", *command, "-o", str(grades)]))
+        assert "remove" not in str(caught.value)
+
+
+def test_a_piece_that_was_made_text_is_named():
+    notebook = answer(**GOOD)
+    for place, kind in enumerate(("markdown", "code", "raw")):
+        notebook.cells[place].cell_type = kind
+    assert marks.missing(TOY, notebook) == [
+        f"the cell {one} is text now and does not run: make it a cell of code again"
+        for one in ("add", "six")
+    ]
+    assert marks.missing(TOY, answer(**GOOD)) == []

@@ -241,14 +241,24 @@ def edited(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
 
 
 def missing(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
-    """Which cells for code and answers a notebook has not, in sentences."""
+    """Which cells for code and answers a notebook has not, in sentences.
+
+    Or has as text, where JupyterLab runs them no more.
+    """
     there = {name(cell) for cell in notebook.cells}
-    return [
+    runs = {name(cell) for cell in notebook.cells if cell.cell_type == "code"}
+    gone = [
         f"the cell {cell} is missing: was it deleted, or is this an older version of "
         "the lab?"
         for cell in of_role(lab, "solution", "question")
         if cell not in there
     ]
+    text = [
+        f"the cell {cell} is text now and does not run: make it a cell of code again"
+        for cell in of_role(lab, "solution")
+        if cell in there - runs
+    ]
+    return gone + text
 
 
 def reasons(marks: Iterable[Mark]) -> list[str]:

@@ -58,11 +58,20 @@ def unread(row: Row, sources: Labs) -> str:
 def _has_comma(rows: list[Row], sources: Labs) -> bool:
     """Whether a number of points in these rows has a decimal comma."""
     return any(
-        "," in row.get(piece, "")
+        "," in text
         for row in rows
         if row["file"] and row["lab"] in sources
-        for piece in of_role(sources[row["lab"]], "check", "question")
+        for text in _typed(row, sources[row["lab"]])
     )
+
+
+def _typed(row: Row, lab: NotebookNode) -> list[str]:
+    """The numbers of a row that may be typed; among them a sum that is not ours."""
+    checks, questions = (
+        [row.get(piece, "") for piece in of_role(lab, which)]
+        for which in ("check", "question")
+    )
+    return [*checks, *questions, "" if all(checks) else row["points"]]
 
 
 def _sum_one(row: Row, lab: NotebookNode, mark: str) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from mkt.files import DataError, whole
 
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
+FORMULA = ("=", "+", "-", "@")
 SEPARATORS = ",;\t"
 # Of the table, before and after the checks and questions.
 COLUMNS = (
@@ -96,6 +96,12 @@ def separator(path: Path) -> str:
 
 def _text(path: Path) -> str:
     data = path.read_bytes().replace(b"\r\n", b"\n")  # as Windows ends a line
+    if b"\0" in data:
+        raise DataError(
+            path,
+            "it is in UTF-16, or a workbook, or no text at all",
+            "save it as CSV in UTF-8, or choose another name",
+        )
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:  # what German Windows saves by itself
