@@ -168,7 +168,8 @@ def _state_of_environment() -> Finding:
     place = environment.VENV
     stamp = environment.stamp_of(place)
     here = environment.stamp_of(Path(sys.prefix))
-    if environment.wanted_stamp() in (stamp, here):
+    wanted = environment.wanted_stamp()
+    if wanted == here or (wanted == stamp and environment.PYTHON.exists()):
         return Finding(FINE, "environment", "set up")
     if place.is_symlink():
         return Finding(
@@ -187,6 +188,7 @@ def _state_of_environment() -> Finding:
     words = {
         None: "not set up yet",
         environment.UNFINISHED: "the set-up was stopped half-way",
+        wanted: "its Python is not there any more",
     }
     return Finding(
         NOTE,

@@ -163,6 +163,18 @@ def test_the_state_of_the_environment(monkeypatch, tmp_path, stamp, state):
     assert found.state == state and found.remedy
 
 
+def test_an_environment_whose_python_is_gone_is_not_set_up(monkeypatch, tmp_path):
+    """Every command sets it up anew, see `mkt.course.environment.ensure`."""
+    monkeypatch.setattr(environment, "VENV", tmp_path)
+    monkeypatch.setattr(environment, "PYTHON", tmp_path / "python")
+    monkeypatch.setattr(doctor.sys, "prefix", str(tmp_path / "elsewhere"))
+    (tmp_path / environment.STAMP_NAME).write_text(environment.wanted_stamp())
+    found = findings(doctor.virtual_environment)["environment"]
+    assert found.state == doctor.NOTE and "its Python is not there" in found.found
+    (tmp_path / "python").touch()
+    assert findings(doctor.virtual_environment)["environment"].state == doctor.FINE
+
+
 @pytest.mark.skipif(os.name == "nt", reason="links are for administrators there")
 def test_an_environment_of_others_is_found(monkeypatch, tmp_path):
     """Every command refuses it, see `mkt.course.environment.make`."""
