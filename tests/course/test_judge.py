@@ -14,7 +14,7 @@ import pytest
 from mkt.course.labs import student as students
 from mkt.course.labs.judge import Judge, judged
 from mkt.course.labs.student import Cell, Student, TheirError, Trouble
-from mkt.course.labs.values import pack, unpack
+from mkt.course.labs.values import LARGEST, TooLarge, pack, unpack
 from mkt.course.labs.variants import LONGEST, written_name
 from mkt.files import ROOT
 from tests.course.toy_lab import GOOD, answer
@@ -144,13 +144,13 @@ class Measured:
         (range(3), [0, 1, 2]),
         (Few([1, 2]), [1, 2]),
         (Word.KEEP, "keep"),
-        (Measured(None), (0, "Measured", [])),
+        (Measured(None), (0, "Measured", [], [])),
         (True, True),
         (type("Deep", (float,), {})(0.5), 0.5),
         (2 + 1j, 2 + 1j),
         ({"a": (1, None)}, {"a": (1, None)}),
-        (Point(1, 2), (0, "Point", ["x", "y"])),
-        (iter([1]), (0, "list_iterator", [])),
+        (Point(1, None), (0, "Point", ["x", "y"], [1, None])),
+        (iter([1]), (0, "list_iterator", [], [])),
     ],
 )
 def test_what_is_plain_in_a_value_is_seen_by_the_judge(value, seen):
@@ -173,11 +173,15 @@ def test_a_named_tuple_can_be_taken_apart_and_a_generator_is_named():
         "from collections import namedtuple\n"
         "P = namedtuple('P', 'x y')\n"
         "def two():\n    return P(1, 2)\n"
+        "def is_point(p):\n    return isinstance(p, P)\n"
         "def lazy():\n    return (k for k in range(2))",
     )
     checks = {
         "two": "x, y = two()\nassert x + y + two().y + two()[0] + len(two()) == 8",
         "tuple": "assert isinstance(two(), tuple) and two()[:1] == (1,)",
+        "equal": "assert two() == (1, 2) and {two(): 3}[1, 2] == 3",
+        "inside": "assert 1 in two() and 3 not in two() and two() + (3,) == (1, 2, 3)",
+        "there": "assert is_point(two()) and not is_point((1, 2))",
         "array": "import numpy as np\nassert np.shape(two()) == (2,)",
         "lazy": "x, y = lazy()",
     }
@@ -214,6 +218,84 @@ def test_an_object_that_stays_there_says_what_to_do():
     with Student([Cell("f", "def f():\n    return object()")], 5, boxed=False) as one:
         with pytest.raises(TheirError, match="of the type object"):
             abs(students.Function(one, "f", dict)())
+
+
+OBJECTS = Cell(
+    "objects",
+    "import numpy as np\n"
+    "def method():\n    return np.ones(3).sum\n"  # its () forgotten
+    "def lazy():\n    return map(float, [1])",
+)
+
+
+@pytest.mark.parametrize(
+    "deed",
+    ["method() - 1.0", "1.0 - method()", "ones - method()", "lazy() < 3", "1 in lazy()"]
+    + ["int(lazy())", "-lazy()", "lazy()[0]", "np.allclose(lazy(), 3)"],
+)
+def test_what_a_check_does_to_an_object_tells_the_student_of_what_type_it_is(deed):
+    check = f"import numpy as np\nones = np.ones(3)\nassert {deed}"
+    said = verdicts([OBJECTS], {"check": check}, 5)["check"]
+    assert said.startswith("your code gives an object of the type ")
+    assert "Kept" not in said
+
+
+def test_an_object_in_a_message_is_called_by_its_type():
+    checks = {
+        "told": "assert lazy() == 1, f'1, not {lazy()}'",
+        "short": "assert lazy() == 1, f'1, not {lazy():.3f}'",
+        "among": "assert [lazy()] == 1, f'1, not {[lazy()]}'",
+        "shape": "import numpy as np\nassert np.shape(method()) == (3,), 'not (3,)'",
+    }
+    assert verdicts([OBJECTS], checks, 5) == {
+        "told": "1, not an object of the type map",
+        "short": "1, not an object of the type map",
+        "among": "1, not [an object of the type map]",
+        "shape": "not (3,)",
+    }
+
+
+def test_what_is_too_large_for_a_check_is_told_as_such():
+    """And the process goes on, also where it was said to the judge's own function."""
+    vast = Cell(
+        "vast",
+        "import numpy as np\n"
+        f"def fits():\n    return np.zeros({LARGEST - 10_000}, np.uint8)\n"
+        "def large():\n    return np.zeros(9_000_000)\n"
+        "def endless():\n    return np.broadcast_to(0.0, (10**6, 10**6))\n"
+        "def tells(judge):\n    return judge(large())\n"
+        "def in_itself(judge):\n    a = []\n    a.append(a)\n    return judge(a)\n"
+        "started = [1]\n"
+        "def once():\n    return started.pop()",
+    )
+    checks = {
+        "first": "assert once() == 1",
+        "fits": "assert fits().sum() == 0",
+        "large": "assert large().sum() == 0",
+        "endless": "endless()",
+        "tells": "tells(lambda array: array.sum())",
+        "in itself": "in_itself(lambda given: 1)",
+        "same process": "once()",
+    }
+    said = verdicts([vast], checks, 9)
+    assert set(said) == {*checks} - {"first", "fits"}
+    assert "your code gives 72.0 MB, and a check takes at most 67.1" in said["large"]
+    assert said["tells"] == said["large"]
+    assert "RecursionError" in said["in itself"]
+    assert "IndexError" in said["same process"]
+
+
+def test_a_message_has_an_end():
+    empty = len(pack(np.zeros(0, np.uint8), id))
+    room = LARGEST - empty - len(str(LARGEST)) + 1  # the length is written in it
+    assert len(pack(np.zeros(room, np.uint8), id)) == LARGEST
+    with pytest.raises(TooLarge):
+        pack(np.zeros(room + 1, np.uint8), id)
+
+
+def test_a_word_is_that_of_the_lab_however_it_is_given():
+    own = Cell("own", "def own(a='x', *, how='x'):\n    return a is how is 'tiles'")
+    assert verdicts([own], {"is": "assert own('tiles', how='tiles')"}, 5) == {}
 
 
 def test_a_check_that_python_cannot_read_says_so_and_stops_no_other():

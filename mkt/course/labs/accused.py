@@ -94,13 +94,17 @@ class Accused:
         return _Unpickler(io.BytesIO(message), self).load()
 
     def say(self, answer: Request) -> None:
-        """Send an answer, and how far the judge's random numbers are used up."""
-        states = {k: rng.bit_generator.state for k, rng in self.generators.items()}
+        """Send an answer, or why it cannot be sent."""
         try:
-            message = pack(answer | {"states": states}, self.keep)
+            message = self.packed(answer)
         except BaseException as error:  # a list in itself, an object that raises
-            message = pack(_told(error) | {"states": states}, self.keep)
+            message = self.packed(_told(error))
         send(self.replies, message)
+
+    def packed(self, answer: Request) -> bytes:
+        """A message that says, too, how far the judge's random numbers are used up."""
+        states = {k: rng.bit_generator.state for k, rng in self.generators.items()}
+        return pack(answer | {"states": states}, self.keep)
 
     def keep(self, value: Any) -> int:
         """The number of an object that the judge can ask about later."""
@@ -121,9 +125,9 @@ class Accused:
         names = self.places.get(request["place"], {}) | request["patches"]
         with patch.dict(self.shell.user_ns, names):
             function = self.named(request["name"], request["place"])
-            # A word that came as bytes is then the one of the lab, for `is` as well.
-            args = [sys.intern(a) if type(a) is str else a for a in request["args"]]
-            return {"value": function(*args, **request["kwargs"])}
+            args = map(_interned, request["args"])
+            named = {key: _interned(a) for key, a in request["kwargs"].items()}
+            return {"value": function(*args, **named)}
 
     def get(self, request: Request) -> Request:
         """An attribute of an object that was kept."""
@@ -142,8 +146,9 @@ class Accused:
         raise NameError(f"name '{name}' is not defined")
 
     def back(self, number: int, args: tuple, kwargs: dict) -> Any:
-        """Call a function of the judge's."""
-        self.say({"back": number, "args": args, "kwargs": kwargs})
+        """Call a function of the judge's; what cannot be sent raises here."""
+        message = self.packed({"back": number, "args": args, "kwargs": kwargs})
+        send(self.replies, message)
         answer = self.hear()
         for k, state in answer["states"].items():
             self.generators[k].bit_generator.state = state
@@ -175,6 +180,11 @@ class _Unpickler(pickle.Unpickler):
         generators.setdefault(name, np.random.Generator(np.random.PCG64()))
         generators[name].bit_generator.state = more[0]
         return generators[name]
+
+
+def _interned(value: Any) -> Any:
+    """A word that came as bytes is then the one of the lab, for `is` as well."""
+    return sys.intern(value) if type(value) is str else value
 
 
 def _told(error: BaseException) -> Request:

@@ -16,7 +16,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from types import FunctionType
@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mkt.course.labs import sandbox
-from mkt.course.labs.values import receive, send, unpack
+from mkt.course.labs.values import TooLarge, receive, send, unpack
 
 WHERE = "__lab__"  # the module that the checks are in
 UNWRITTEN = "not written yet"
@@ -75,63 +75,65 @@ class Kept:
     number : int
     kind : str
         The name of its type.
-    fields : list of str
-        Of a named tuple, empty for anything else.
     """
 
-    def __init__(self, student: "Student", number: int, kind: str, fields: list[str]):
+    def __init__(self, student: "Student", number: int, kind: str):
         self.student, self.number = student, number
-        self.kind, self.fields = kind, fields
+        self.words = f"an object of the type {kind[:40]}"
 
-    def __iter__(self) -> Iterator[Any]:
-        return iter([self._asked(field) for field in self._named()])
+    def __repr__(self) -> str:
+        return self.words
 
-    def __len__(self) -> int:
-        return len(self._named())
-
-    def __getitem__(self, place: int | slice) -> Any:
-        fields = self._named()[place]
-        if isinstance(place, slice):
-            return tuple(map(self._asked, fields))
-        return self._asked(fields)
-
-    def _named(self, *_: Any) -> Any:
-        if self.fields:
-            return self.fields
-        raise TheirError(
-            f"your code gives an object of the type {self.kind[:40]}, which a check "
-            "cannot look into: return numbers, a tuple, a list or an array"
-        )
-
-    __float__ = __abs__ = _named
+    def __format__(self, _: str) -> str:
+        return self.words
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
+        # Numpy asks for a shape of its own accord: none is no error of theirs.
+        if name.startswith("__") or name in ("ndim", "shape"):
             raise AttributeError(name)
-        return self._asked(name)
-
-    def _asked(self, name: str) -> Any:
         request = {"do": "get", "kept": self.number, "name": name}
         return self.student.ask(request)["value"]
 
+    def _refused(self, *_: Any) -> Any:
+        raise TheirError(
+            f"your code gives {self.words}, which a check cannot look into: return "
+            "numbers, a tuple, a list or an array"
+        )
 
-class KeptTuple(Kept, tuple):
+    __iter__ = __len__ = __getitem__ = __contains__ = __float__ = __int__ = _refused
+    __lt__ = __le__ = __gt__ = __ge__ = __abs__ = __neg__ = __round__ = _refused
+    __add__ = __sub__ = __mul__ = __matmul__ = __truediv__ = __pow__ = _refused
+    __radd__ = __rsub__ = __rmul__ = __rmatmul__ = __rtruediv__ = __rpow__ = _refused
+
+
+class KeptTuple(tuple):
     """Stands for a named tuple: a tuple for a check, too, as it is in a notebook."""
 
-    def __new__(cls, *_: Any) -> "KeptTuple":
-        """One without elements of its own, for they stay with the student."""
-        return super().__new__(cls)
+    number: int
+    fields: list[str]
+
+    def __new__(cls, number: int, fields: list[str], inside: list) -> "KeptTuple":
+        """What is inside, by the number of the object that stays with the student."""
+        if len(fields) != len(inside):
+            raise ValueError(f"{len(inside)} values for {len(fields)} fields")
+        one = super().__new__(cls, inside)
+        one.number, one.fields = number, fields
+        return one
 
     def __getattr__(self, name: str) -> Any:
         # Numpy asks for a shape: to it this is no field, and no error of theirs.
         if name not in self.fields:
             raise AttributeError(name)
-        return self._asked(name)
+        return self[self.fields.index(name)]
 
 
-def kept(student: "Student", number: int, kind: str, fields: list[str]) -> Kept:
-    """What stands for an object of a student's, see `Kept`."""
-    return (KeptTuple if fields else Kept)(student, number, kind, fields)
+def kept(
+    student: "Student", number: int, kind: str, fields: list[str], inside: list
+) -> Kept | KeptTuple:
+    """What stands for an object of a student's."""
+    if fields:
+        return KeptTuple(number, fields, inside)
+    return Kept(student, number, kind)
 
 
 class Function:
@@ -368,7 +370,7 @@ class _Pickler(pickle.Pickler):
         """
         if isinstance(obj, Function):
             return "own", obj.name, self.student.place
-        if isinstance(obj, Kept):
+        if isinstance(obj, Kept | KeptTuple):
             return "kept", obj.number
         if isinstance(obj, FunctionType) and obj.__module__ == WHERE:
             return "function", _place(self.student.functions, obj)
@@ -399,6 +401,8 @@ def _collect(pipe, answers: "queue.Queue[bytes | None]") -> None:
 
 def _as_said(name: str, words: str, late: str) -> TheirError:
     """An error of the student's code, as the student is told."""
+    if name == TooLarge.__name__:
+        return TheirError(words)
     if name == "AssertionError":
         return TheirError(words or "the assertion is false")
     if name == "NotImplementedError":

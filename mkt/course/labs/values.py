@@ -15,6 +15,13 @@ import numpy as np
 LARGEST = 64 * 2**20  # [bytes] of a message from the accused
 KINDS = "biufcUS"  # of numpy: numbers and text, nothing that points elsewhere
 ARRAYS = (np.ndarray, np.generic)
+# What stands for an object that was kept, by its number, the name of its type, and, of
+# a named tuple, its fields and what is in them.
+Kept = Callable[[int, str, list[str], list[Any]], Any]
+
+
+class TooLarge(ValueError):
+    """More than a message may have."""
 
 
 def lock(*arrays: np.ndarray) -> None:
@@ -35,11 +42,22 @@ def pack(value: Any, keep: Callable[[Any], int]) -> bytes:
     value : object
     keep : callable
         Keeps an object that cannot be sent, and returns its number.
+
+    Raises
+    ------
+    TooLarge
+        Before the arrays are copied.
     """
     arrays: list[np.ndarray] = []
     skeleton = _nested(value, arrays, keep)
     kinds = [[array.dtype.str, array.shape] for array in arrays]
     head = json.dumps([skeleton, kinds]).encode("ascii")
+    size = len(head) + 1 + sum(array.nbytes for array in arrays)
+    if size > LARGEST:
+        raise TooLarge(
+            f"your code gives {size / 1e6:.1f} MB, and a check takes at most "
+            f"{LARGEST / 1e6:.1f}: is an array or a list longer than it should be?"
+        )
     return b"\n".join([head, b"".join(array.tobytes() for array in arrays)])
 
 
@@ -70,7 +88,8 @@ def _nested(value: Any, arrays: list[np.ndarray], keep: Callable[[Any], int]) ->
     fields = getattr(value, "_fields", ()) if isinstance(value, tuple) else ()
     if isinstance(value, (list, tuple, range)) and not fields:
         return ["t" if isinstance(value, tuple) else "l", inner(value)]
-    return ["k", [keep(value), type(value).__name__, fields]]
+    inside = inner(value) if fields else []
+    return ["k", [keep(value), type(value).__name__, fields, inside]]
 
 
 def _as_array(value: Any) -> Any:
@@ -81,15 +100,14 @@ def _as_array(value: Any) -> Any:
     return array if array.dtype.kind in KINDS else value
 
 
-def unpack(message: bytes, kept: Callable[[int, str, list[str]], Any]) -> Any:
+def unpack(message: bytes, kept: Kept) -> Any:
     """The value that `pack` made a message of.
 
     Parameters
     ----------
     message : bytes
     kept : callable
-        What stands for an object that was kept, by its number, the name of its type,
-        and its fields if it is a named tuple.
+        See `Kept`.
 
     Raises
     ------
@@ -110,10 +128,12 @@ def unpack(message: bytes, kept: Callable[[int, str, list[str]], Any]) -> Any:
     return _built(skeleton, arrays, kept)
 
 
-def _built(
-    nested: Any, arrays: list[Any], kept: Callable[[int, str, list[str]], Any]
-) -> Any:
+def _built(nested: Any, arrays: list[Any], kept: Kept) -> Any:
     """The value that `_nested` took apart; each array is in one place of it."""
+
+    def inner(parts: list) -> list:
+        return [_built(part, arrays, kept) for part in parts]
+
     if not isinstance(nested, list):
         return nested
     letter, content = nested
@@ -121,10 +141,9 @@ def _built(
         array, arrays[content] = arrays[content], None
         return array[...] if letter == "a" else array[()]
     if letter == "k":
-        number, kind, fields = content
-        return kept(int(number), str(kind), list(map(str, fields)))
-    inner = [_built(part, arrays, kept) for part in content]
-    return {"l": list, "t": tuple, "d": dict}[letter](inner)
+        number, kind, fields, inside = content
+        return kept(int(number), str(kind), list(map(str, fields)), inner(inside))
+    return {"l": list, "t": tuple, "d": dict}[letter](inner(content))
 
 
 def send(pipe: BinaryIO, message: bytes) -> None:
