@@ -65,7 +65,36 @@ def test_changed_packages_renew_the_environment(place, name):
     assert not (place / "leftover").exists()
 
 
-def test_a_stopped_set_up_is_begun_again(place, monkeypatch):
+@pytest.mark.skipif(os.name == "nt", reason="links are for administrators there")
+def test_a_renewal_removes_a_link_and_leaves_what_it_leads_to(place, tmp_path):
+    """Python itself makes one, lib64."""
+    environment.ensure()
+    (tmp_path / "outside").mkdir()
+    (place / "lib64").symlink_to(tmp_path / "outside")
+    (place.parent / "environment.txt").write_text("# changed\n")
+    environment.ensure()
+    assert environment.is_made() and (tmp_path / "outside").is_dir()
+    assert not (place / "lib64").is_symlink()
+
+
+def test_an_empty_folder_is_nobodys_environment_and_is_set_up(place):
+    place.mkdir()
+    environment.ensure()
+    assert environment.is_made()
+
+
+def test_an_environment_that_came_with_a_copied_clone_is_not_as_wanted(
+    place, tmp_path, monkeypatch
+):
+    """Its programs begin with the path of the old one."""
+    environment.ensure()
+    (tmp_path / "copy").mkdir()
+    (tmp_path / "copy" / "pyproject.toml").write_text("")
+    monkeypatch.setattr(environment, "ROOT", tmp_path / "copy")
+    assert not environment.is_made()
+
+
+def test_a_stopped_set_up_is_begun_again(place, monkeypatch, capsys):
     def interrupted(command):
         raise KeyboardInterrupt
 
@@ -78,6 +107,8 @@ def test_a_stopped_set_up_is_begun_again(place, monkeypatch):
     environment.ensure()
     assert environment.stamp_of(place) == environment.wanted_stamp()
     assert not (place / "half").exists()
+    said = capsys.readouterr().err
+    assert said.count("First use: ") == 2 and "has changed" not in said
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"nonsense"])
@@ -263,6 +294,17 @@ def test_ci_runs_the_readers_command():
     script = ROOT / ".ci" / "run"
     assert os.access(script, os.X_OK)
     assert script.read_text().rstrip().endswith("exec python3 -m mkt test")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows starts a second program")
+def test_a_command_takes_the_place_of_the_program_that_starts_it():
+    """So a signal to the one reaches the other."""
+    number = "import os; print(os.getpid(), flush=True)"
+    code = f"{number}; from mkt.course.environment import become; import sys; "
+    code += f"become([sys.executable, '-c', {number!r}])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, cwd=ROOT)
+    before, after = done.stdout.split()
+    assert before == after
 
 
 def test_the_library_is_found_from_beside_a_folder_of_its_name(tmp_path):
