@@ -2,10 +2,12 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import sysconfig
 import venv
+from types import SimpleNamespace
 
 import pytest
 
@@ -56,6 +58,33 @@ def test_a_missing_or_other_package_is_named(monkeypatch, version):
     )
 
 
+@pytest.mark.parametrize("n, more", [(3, False), (4, True)])
+def test_of_many_wrong_packages_the_first_three_are_named(monkeypatch, n, more):
+    text = environment.REQUIREMENTS.read_text("utf-8")
+    names = re.findall(r"^([\w.-]+)==", text, re.MULTILINE)
+    wrong = [name for name in names if doctor._version(name)][:n]
+    known = doctor._version
+    monkeypatch.setattr(
+        doctor, "_version", lambda name: "0.0.1" if name in wrong else known(name)
+    )
+    found = findings(doctor.packages)["packages"].found
+    assert found.count(" is 0.0.1, not ") == 3 and found.endswith("...") == more
+
+
+@pytest.mark.parametrize("made, state", [(True, doctor.FINE), (False, doctor.WRONG)])
+def test_a_full_disk_is_trouble_before_the_set_up_alone(
+    monkeypatch, tmp_path, made, state
+):
+    if made:
+        (tmp_path / ".venv").mkdir()
+    monkeypatch.setattr(environment, "VENV", tmp_path / ".venv")
+    monkeypatch.setattr(
+        doctor.shutil, "disk_usage", lambda _: SimpleNamespace(free=1e9)
+    )
+    found = findings(lambda: doctor._folder(tmp_path))["disk"]
+    assert (found.state, found.found) == (state, "1.0 GB free")
+
+
 def test_two_wheels_of_opencv_are_one_too_many(monkeypatch):
     monkeypatch.setattr(
         doctor,
@@ -100,6 +129,12 @@ def test_a_format_that_cannot_be_written_is_found(monkeypatch):
         found["video .webm"].state == doctor.WRONG
         and found["video .avi"].state == doctor.FINE
     )
+
+
+def test_a_video_from_which_more_comes_back_than_was_written_is_trouble(monkeypatch):
+    monkeypatch.setattr("mkt.sequences.video.VideoFile", lambda path: range(6))
+    found = findings(doctor.codecs)["video .avi"]
+    assert (found.state, found.found) == (doctor.WRONG, "6 of 5 frames came back")
 
 
 def test_data_that_may_not_be_read_do_not_end_the_list(monkeypatch):
