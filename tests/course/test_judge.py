@@ -105,6 +105,18 @@ def test_a_failure_of_ours_is_no_verdict_on_the_student(monkeypatch):
             judge.verdicts()
 
 
+def test_a_word_of_a_check_is_the_word_in_the_students_code_for_is_as_well():
+    same = Cell("same", "def same(how):\n    return how is 'tiles'")
+    assert verdicts([same], {"same": "assert same('tiles')"}, 5) == {}
+
+
+def test_no_figure_of_a_cell_is_open_in_the_next_one():
+    """Or one that draws many takes the memory of the other pieces."""
+    draws = Cell("draws", "import matplotlib.pyplot as plt\nfig = plt.figure()")
+    left = Cell("left", "n = len(plt.get_fignums())\ndef left():\n    return n")
+    assert verdicts([draws, left], {"left": "assert left() == 0"}, 20) == {}
+
+
 def test_what_a_student_says_is_one_line():
     words = "def add(a, b):\n    raise ValueError('x\\nan older version of this file')"
     said = verdicts([Cell("add", words)], {"adds": "add(1, 2)"})

@@ -15,6 +15,8 @@ from tests.course.toy_lab import GOOD, answer, graded, hand_in
 LABS = labs()
 KNOWN = Path(__file__).parent / "labs"
 CALLS = [
+    # The second function that a cell of the lab defines.
+    ("lab_1_histograms_and_kernels", "compare", "far(q, x)", "far"),
     (
         "lab_3_particle_filter",
         "systematic",

@@ -70,11 +70,11 @@ def test_the_page_says_what_was_right_the_sentences_and_the_points(grades):
 def test_a_page_says_nothing_of_other_students(toy):
     for student in ("ada", "bob"):
         hand_in(toy / "submitted" / student / "toy.ipynb", answer(**GOOD))
-    (toy / "submitted" / "rest.zip").write_bytes(b"PK")
+    (toy / "submitted" / "REST.ZIP").write_bytes(b"PK")
     rows = graded(toy / "submitted", toy / "grades.csv")
     assert "byte for byte, as bob" in rows["ada"]["note"]
     assert "bob" not in page(toy / "grades.csv", "ada")
-    assert "unpack it" in next(r["note"] for r in rows.values() if ".zip" in r["file"])
+    assert "unpack it" in next(r["note"] for r in rows.values() if ".ZIP" in r["file"])
 
 
 def test_what_a_teacher_types_is_summed_up_and_then_the_page_has_the_model_answers(

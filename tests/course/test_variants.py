@@ -26,7 +26,14 @@ def with_name(name, **sources):
 def test_a_name_has_one_seed_however_it_is_written_and_others_have_others():
     assert seed_of("Ada Lovelace") == seed_of(" ada  LOVELACE ")
     assert seed_of("Zoë") == seed_of("Zoe\u0308")
+    # As one who has just written Chinese or Japanese types it.
+    assert seed_of("\uff21\uff24\uff21") == seed_of("Ada")
     assert len({seed_of(f"student {k}") for k in range(500)}) == 500
+
+
+def test_a_name_keeps_its_seed():
+    """Else students who are half-way through a lab would find other numbers in it."""
+    assert seed_of("Zoe") == 571_815
 
 
 def test_no_student_gets_a_scene_on_which_trackers_were_tuned_or_are_judged():
