@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -38,6 +39,12 @@ def kinds(specification, field):
             [0, 0.5, np.float32(3)],
             [-1, np.inf, np.float32("inf"), np.nan, 10**400],
             "it must be at least 0",
+        ),
+        (
+            checks.grey_levels,
+            [0, 7.5, 255],
+            [-0.1, 255.1, np.nan],
+            "between 0 and 255 grey levels",
         ),
         (checks.shares, [0, 1, 0.5], [-0.1, 1.1, np.nan], "between 0 and 1"),
         (
@@ -97,6 +104,15 @@ def test_text_true_and_what_is_no_float_are_refused_by_name():
     ):
         with pytest.raises(ValueError, match=says):
             made()
+
+
+def test_opencv_takes_the_longest_side_and_no_longer_one():
+    place = np.zeros((1, 1), np.float32)
+    for frame in np.zeros((1, LONGEST), np.uint8), np.zeros((LONGEST, 1), np.uint8):
+        assert cv2.remap(frame, place, place, cv2.INTER_NEAREST) == 0
+    with pytest.raises(cv2.error):
+        too_long = np.zeros((1, LONGEST + 1), np.uint8)
+        cv2.remap(too_long, place, place, cv2.INTER_NEAREST)
 
 
 def test_a_frame_comes_back_as_an_array():

@@ -1,5 +1,6 @@
 """What has its name is on the disk: a power cut leaves the old file or the new one."""
 
+import errno
 import os
 import signal
 import stat
@@ -111,6 +112,13 @@ def test_who_may_not_write_into_the_clone_learns_where_else(path):
         raise OSError(13, "Permission denied")
 
 
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG])
+def test_who_has_no_room_learns_to_make_some(number, tmp_path):
+    with pytest.raises(OSError, match="; make room there, or choose another place$"):
+        with named(tmp_path / "a.txt"):
+            raise OSError(number, os.strerror(number))
+
+
 # One at a time
 
 HOLD = """
@@ -177,8 +185,10 @@ def test_ctrl_c_waits_until_what_belongs_together_is_done():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_a_name_as_long_as_the_disk_takes_can_be_written(tmp_path):
-    path = tmp_path / f"{'x' * 250}.txt"
+# Most disks take 255 bytes; a letter with an accent has two.
+@pytest.mark.parametrize("stem", [250 * "x", 125 * "\u00e9"])
+def test_a_name_as_long_as_the_disk_takes_can_be_written(tmp_path, stem):
+    path = tmp_path / f"{stem}.txt"
     with whole(path) as half:
         half.write_text("all")
     assert path.read_text() == "all"

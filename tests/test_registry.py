@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from mkt.registry import Registry, import_all, natural
+from mkt.registry import Registry, by_group, import_all, natural
 
 
 def filled(*names, **options):
@@ -24,6 +24,12 @@ def test_a_registry_is_a_mapping_in_the_order_of_registration():
 
 def test_an_order_sorts_the_names():
     assert list(filled("fig10", "fig2", order=natural)) == ["fig2", "fig10"]
+
+
+def test_groups_come_in_their_order_and_names_of_no_group_last():
+    names = ["aa.x", "old.fig10", "old.fig2", "new.fig1"]
+    key = by_group(("old", "new"), ".")
+    assert sorted(names, key=key) == ["old.fig2", "old.fig10", "new.fig1", "aa.x"]
 
 
 def test_the_decorator_gives_the_function_back():
@@ -46,6 +52,7 @@ def test_a_name_cannot_be_taken_twice():
     [
         ("fig44", "no thing 'fig44', perhaps t.fig4.*; there are t.fig4, t.bear"),
         ("bear", "no thing 'bear', perhaps t.bear; there are t.fig4, t.bear"),
+        ("r", "no thing 'r'; there are t.fig4, t.bear"),
         ("xyz", "no thing 'xyz'; there are t.fig4, t.bear"),
         (3, "no thing '3'; there are t.fig4, t.bear"),
         (["bear"], "no thing .*; there are t.fig4, t.bear"),
