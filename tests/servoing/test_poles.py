@@ -54,11 +54,20 @@ def test_the_noise_of_one_feature_moves_the_error_but_is_no_part_of_it():
     assert still[0] == 0
 
 
-@pytest.mark.parametrize("field, value", [("dt", 0), ("delay", -1), ("gain", np.nan)])
+@pytest.mark.parametrize(
+    "field, value",
+    [("dt", 0), ("delay", -1), ("delay", 1.5), ("gain", np.nan), ("gain", np.inf)],
+)
 def test_both_forms_of_the_loop_refuse_the_same_in_words(field, value):
     given = {"gain": 1.0, "dt": 0.2, "kalman": OFF, "delay": 0} | {field: value}
     with pytest.raises(ValueError, match=f"^{field} is {value}; .* must be"):
         closed_loop(**given)
-    given["gain"] = np.array([given["gain"]])
+    given["gain"] = np.array([1.0, given["gain"]])  # one of several is enough
     with pytest.raises(ValueError, match=f"^{field} is .*; .* must be"):
-        one_feature(**given, velocity=np.zeros(3), noise=np.zeros((3, 1)))
+        one_feature(**given, velocity=np.zeros(3), noise=np.zeros((3, 2)))
+
+
+@pytest.mark.parametrize("mismatch", [0, -0.4, np.nan])
+def test_a_matrix_cannot_be_thought_of_another_sign(mismatch):
+    with pytest.raises(ValueError, match=f"^mismatch is {mismatch}; it must be posit"):
+        closed_loop(1.0, 0.2, mismatch=mismatch)
