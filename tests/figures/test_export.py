@@ -168,6 +168,7 @@ def test_a_figure_with_a_slider_of_frames_becomes_a_moving_picture(tmp_path):
     with Image.open(tmp_path / "x.gif") as film:
         assert film.info["loop"] == 0  # for ever
         assert film.n_frames == 5  # every second one
+        assert 80 <= film.info["duration"] <= 160  # [ms]: to be seen, and a motion
         comment = film.info["comment"].decode()
     about = "toy.moving: A line that rises.", "frame=0 to 8, to=3", "mkt ", "Benchmarks"
     lines = zip(comment.splitlines(), export.KEYS[".gif"], about, strict=True)

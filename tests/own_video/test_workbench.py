@@ -4,6 +4,7 @@ A run is started and stopped and leaves three files; mistakes are answered in wo
 """
 
 import asyncio
+import base64
 import html
 import re
 import shlex
@@ -520,10 +521,17 @@ def test_track_is_told_what_goes_together(words, said, capsys):
 
 
 @pytest.mark.slow
-def test_the_book_shows_a_finished_run_with_the_same_settings_as_the_panel(monkeypatch):
+def test_the_book_shows_a_finished_run_with_the_same_settings_as_the_panel(
+    monkeypatch, tmp_path
+):
     live = Workbench().settings
     monkeypatch.setenv("MKT_STATIC", "1")
     page = workbench()
     assert isinstance(page, Finished) and page.settings == live
     text = page._repr_html_()
     assert "<video controls" in text and "JupyterLab" in text and "://" not in text
+    (data,) = re.findall(r'src="data:video/webm;base64,([^"]+)"', text)
+    (tmp_path / "x.webm").write_bytes(base64.b64decode(data))
+    film = VideoFile(tmp_path / "x.webm")
+    seconds = len(page.clip) / page.clip.fps
+    assert len(film) / film.fps == pytest.approx(seconds, rel=0.02)  # as fast as life
