@@ -82,6 +82,7 @@ def pose_of(seen: Array, camera: Camera, sides: ArrayLike) -> Array:
     """
     rectangle = outline([0, 0, 0, *_half(sides)])
     _check_homography(seen)
+    seen = seen / seen[2, 2]  # what is seen lies in front of the camera
     in_space = np.column_stack([rectangle, np.zeros(4)])
     image = np.ascontiguousarray(corners(seen))
     given = in_space, image, camera.matrix, None
@@ -112,7 +113,6 @@ def _check_homography(seen: Array) -> None:
 def _by_columns(seen: Array, camera: Camera, sides: ArrayLike) -> tuple[Array, Array]:
     """The turn (3, 1) and the way (3, 1) next to the columns of a homography."""
     columns = np.linalg.solve(camera.matrix, seen) / [*_half(sides), 1.0]
-    columns /= columns[2, 2]  # what is seen lies in front of the camera
     columns /= np.sqrt(np.prod(np.linalg.norm(columns[:, :2], axis=0)))
     x, y, way = columns.T
     left, _, right = np.linalg.svd(np.column_stack([x, y, np.cross(x, y)]))

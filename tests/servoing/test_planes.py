@@ -28,6 +28,14 @@ def test_the_pose_comes_back_from_its_homography(seed):
     assert np.allclose(planes.pose_of(seen, CAMERA, SIDES), pose, atol=1e-6)
 
 
+@pytest.mark.parametrize("factor", [-1, 7, -0.1])
+def test_a_homography_has_one_pose_whatever_factor_it_comes_with(factor):
+    """Where it was fitted, its last number may be any, and negative."""
+    pose = pose_at([0.1, 0.2, 0.3], [0.05, 0, 0.9])
+    seen = factor * planes.homography(pose, CAMERA, SIDES)
+    assert np.allclose(planes.pose_of(seen, CAMERA, SIDES), pose, atol=1e-6)
+
+
 def turned(degrees, about, tilt=0):
     """A pose 1 m away: turned about the view, then tilted about one axis [deg]."""
     turn = Rotation.from_rotvec([0, 0, np.deg2rad(degrees)])
@@ -52,7 +60,14 @@ def test_near_half_a_turn_too_the_pose_comes_back(poses):
 
 
 @pytest.mark.parametrize(
-    "seen", [np.full((3, 3), np.nan), np.ones((3, 3)), np.eye(3)[::-1], np.eye(2)]
+    "seen",
+    [
+        np.full((3, 3), np.nan),
+        np.ones((3, 3)),
+        np.diag([1, 0, 1]),  # the plane seen from its edge
+        np.eye(3)[::-1],
+        np.eye(2),
+    ],
 )
 def test_what_is_no_homography_has_no_pose(seen):
     with pytest.raises(ValueError, match="seen is .*; give a homography, 3 x 3 fin"):
