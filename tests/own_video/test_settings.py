@@ -9,6 +9,7 @@ from mkt.files import DataError
 from mkt.own_video.settings import (
     Settings,
     changed_versions,
+    chosen_frames,
     fingerprint,
     load,
     settled,
@@ -144,6 +145,34 @@ def test_wrong_settings_are_named(change, said, car, place):
 def test_settings_that_cannot_be_are_named_where_they_are_made(change, said, car):
     with pytest.raises(ValueError, match=said):
         settled(**{"video": car, "box": films.BOX} | change)
+
+
+@pytest.mark.parametrize(
+    "first, last, every, frames",
+    [
+        (0, None, 1, [0, 1, 2, 3, 4, 5, 6, 7]),
+        (2, 6, 2, [2, 4, 6]),
+        (6, 7, 1, [6, 7]),
+        (3, 3, 1, [3]),  # a picture
+        (7, None, 5, [7]),
+    ],
+)
+def test_the_last_frame_that_is_named_is_one_of_them(first, last, every, frames):
+    part = chosen_frames(films.driving(8), first, last, every)
+    assert list(range(8)[part]) == frames
+
+
+@pytest.mark.parametrize(
+    "first, last, every, said",
+    [
+        (-1, None, 1, "frames from -1 on: .* has 0 to 7"),
+        (-3, 5, 1, "frames -3 to 5: .* has 0 to 7"),
+        (6, 7, 2, "every 2-th frame: of 6 to 7 that is one alone"),
+    ],
+)
+def test_frames_that_cannot_be_chosen_are_named(first, last, every, said):
+    with pytest.raises(ValueError, match=said):
+        chosen_frames(films.driving(8), first, last, every)
 
 
 @pytest.mark.parametrize(
