@@ -90,13 +90,13 @@ def pose_of(seen: Array, camera: Camera, sides: ArrayLike) -> Array:
     starts = [*zip(found[1], found[2], strict=True), _by_columns(seen, camera, sides)]
     fitted = []
     for turn, way in starts:
-        if not np.isfinite([turn, way]).all():
-            continue
         turn, way = (
             np.asarray(part, float) for part in cv2.solvePnPRefineLM(*given, turn, way)
         )
         again = cv2.projectPoints(in_space, turn, way, camera.matrix, None)[0][:, 0]
-        fitted.append((np.sum((again - image) ** 2), _pose(turn, way)))
+        off = np.sum((again - image) ** 2)
+        if np.isfinite(off):  # a start that is NaN stays NaN
+            fitted.append((off, _pose(turn, way)))
     return min(fitted, key=lambda each: each[0])[1]
 
 
