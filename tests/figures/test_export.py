@@ -1,6 +1,7 @@
 """Files of figures: the table is what is shown, and each says how it came about."""
 
 import io
+import zlib
 from itertools import islice
 
 import cv2
@@ -13,6 +14,7 @@ import mkt
 from mkt.figures import export, light_pdf
 from mkt.figures.registry import FIGURES, Shown, figure, grid_columns, shown
 from mkt.files import DATA
+from mkt.scenes.textures import texture
 from tests.lot import DAY
 
 FIGURE = "teuliere2009.fig2"
@@ -90,20 +92,37 @@ def test_a_light_pdf_has_its_photographs_as_jpeg_and_its_letters_as_they_were(
         assert entry.title in read(path)
 
 
+def in_a_pdf(rgb):
+    """A photograph as matplotlib writes it into a PDF."""
+    height, width = rgb.shape[:2]
+    body = zlib.compress(b"".join(b"\0" + row.tobytes() for row in rgb))
+    return (
+        b"/Width %d /Height %d\n/ColorSpace /DeviceRGB\n/Filter /FlateDecode\n"
+        b"/DecodeParms <<>>\n/Length 9 0 R\n>>\nstream\n%s\nendstream\nendobj\n"
+        % (width, height, body)
+    )
+
+
+def smaller(thing):
+    found = light_pdf.PHOTOGRAPH.match(thing)
+    assert found
+    return light_pdf._smaller(found)
+
+
 def test_a_photograph_that_is_no_smaller_as_jpeg_stays_what_it_is():
-    """Such as noise between two colours, of which a PNG needs a bit for a pixel."""
+    """Such as a lattice of two colours, of which a PNG needs a bit for a pixel."""
     pixels = np.zeros((32, 32, 3), np.uint8)
     pixels[::2, ::2] = 255
-    png = cv2.imencode(".png", pixels)[1].tobytes()
-    start = png.index(b"IDAT")
-    length = int.from_bytes(png[start - 4 : start], "big")
-    body = png[start + 4 : start + 4 + length]
-    thing = (
-        b"/Width 32 /Height 32\n/ColorSpace /DeviceRGB\n/Filter /FlateDecode\n"
-        b"/DecodeParms <<>>\n/Length 9 0 R\n>>\nstream\n%s\nendstream\nendobj\n" % body
-    )
-    found = light_pdf.PHOTOGRAPH.match(thing)
-    assert found and light_pdf._smaller(found) == thing
+    assert smaller(in_a_pdf(pixels)) == in_a_pdf(pixels)
+
+
+def test_a_photograph_as_jpeg_looks_as_it_did():
+    photograph = np.ascontiguousarray(texture("workshop")[:200, :300, :3])
+    light = smaller(in_a_pdf(photograph))
+    jpeg = light[light.index(b"stream\n") + 7 : light.rindex(b"\nendstream")]
+    bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+    off = np.abs(bgr[..., ::-1].astype(int) - photograph)
+    assert off.mean() < 4.3 and len(light) < 0.1 * len(in_a_pdf(photograph))
 
 
 def test_the_table_of_a_figure_is_what_its_function_returned(tmp_path):
