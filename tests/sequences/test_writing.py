@@ -3,6 +3,7 @@
 import os
 import threading
 import time
+from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -34,11 +35,10 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path, capfd):
 
 
 def test_a_disk_that_is_full_for_the_last_picture_is_told(tmp_path, monkeypatch):
-    class Full(cv2.VideoWriter):
-        def write(self, picture):
-            return False
-
-    monkeypatch.setattr(cv2, "VideoWriter", Full)
+    """A class of one's own below OpenCV's would end the program now and then."""
+    full = Mock(wraps=cv2.VideoWriter, return_value=Mock())
+    full.return_value.write.return_value = False
+    monkeypatch.setattr(cv2, "VideoWriter", full)
     with pytest.raises(OSError, match=r"a\.avi: frame 0 could not be written; make"):
         with video_writer(tmp_path / "a.avi", (WIDTH, HEIGHT), 25) as writer:
             writer.write(picture(0))
