@@ -647,6 +647,7 @@ def test_settings_of_before_there_were_parts_are_of_the_whole(file, box, tmp_pat
     assert table(tmp_path / "b.csv") == table(tmp_path / "a.csv")
 
 
+@pytest.mark.slow
 def test_a_film_that_is_too_slow_is_told_in_words_of_what_was_typed(
     clip, box, tmp_path, monkeypatch
 ):

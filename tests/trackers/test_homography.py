@@ -244,7 +244,7 @@ def test_the_jacobian_of_a_similarity_is_that_of_the_root_of_the_mean_distance()
     np.testing.assert_allclose(wider[:, :4], expected, atol=1e-9)
 
 
-@pytest.mark.parametrize("k, name", enumerate(PARAMETERS))
+@pytest.mark.parametrize("k, name", [*enumerate(PARAMETERS)])
 def test_directions_turn_with_whatever_turns_a_plane(k, name):
     """By central differences, through weights that move over fixed labels."""
     clip = card("base", 3).sequence()
