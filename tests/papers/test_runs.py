@@ -7,10 +7,12 @@ from mkt.papers import runs
 from mkt.papers.lessons.loops import locus
 from mkt.papers.lessons.planes import look
 from mkt.papers.lessons.wishes import exchanged
+from mkt.papers.nummiaro2003.costs import step_costs
 from mkt.scenes.layers import Layer
 from mkt.scenes.paths import standing
 from mkt.scenes.rendering import Scene
 from mkt.servoing.loop import Experiment
+from mkt.trackers.adaptive import Adaptive
 from mkt.trackers.particle_filter import ParticleFilter
 
 CAT = Scene(Layer("cat", 40.0, standing(50, 40)), length=3, size=(100, 80))
@@ -55,8 +57,9 @@ def test_a_run_is_read_as_it_was_made():
         lambda: locus("off", 0, 5, 1.0),
         lambda: look("base", 1001),
         lambda: exchanged(0, True, 0.0).values(),
+        lambda: [step_costs(Adaptive(n=5), "car", frames=1)],
     ],
-    ids=["clip", "run", "loop", "locus", "look", "exchanged"],
+    ids=["clip", "run", "loop", "locus", "look", "exchanged", "costs"],
 )
 def test_what_is_kept_for_all_is_changed_by_nobody(shared):
     arrays = list(shared())
