@@ -297,6 +297,8 @@ def existing_folder(path: str | os.PathLike) -> Path:
         When no such folder exists.
     """
     path = written_path(path)
+    if path.is_file():
+        raise DataError(path, "this is a file", "give the folder that it is in")
     if not path.is_dir():
         raise DataError(
             path, "no such folder", "check the spelling, or give the full path"

@@ -100,8 +100,12 @@ def test_existing_paths_may_begin_at_home(tmp_path, monkeypatch):
     monkeypatch.setenv("USERPROFILE", str(tmp_path))
     assert existing_file("~/a.txt") == tmp_path / "a.txt"
     assert existing_folder("~") == tmp_path
-    for check, path in ((existing_file, "~"), (existing_folder, "~/a.txt")):
-        with pytest.raises(DataError, match="no such .*; check the spelling, or give"):
+    for check, path, said in (
+        (existing_file, "~", "no such file; check the spelling, or give"),
+        (existing_folder, "~/b", "no such folder; check the spelling, or give"),
+        (existing_folder, "~/a.txt", "this is a file; give the folder that it is in"),
+    ):
+        with pytest.raises(DataError, match=said):
             check(path)
 
 

@@ -174,7 +174,7 @@ def test_a_table_in_the_folder_of_the_submissions_is_none_itself(toy, monkeypatc
             "is there already, and no table of marks",
         ),
         ("submitted", "no/x.csv", "no folder .*no for x.csv; make it"),
-        ("no", "x.csv", "there is no such folder"),
+        ("no", "x.csv", "no such folder; check the spelling"),
         ("submitted/ada/toy.ipynb", "x.csv", "this is a file; give the folder"),
     ],
 )

@@ -102,7 +102,7 @@ def test_a_folder_for_a_file_and_a_file_for_a_folder(tmp_path):
     with refused("folder.mp4", "no such file", "spelling"):
         read_image(path)
     (tmp_path / "file").write_text("text")
-    with refused("file", "no such folder", "spelling"):
+    with refused("file", "this is a file", "give the folder"):
         ImageFolder(tmp_path / "file")
 
 

@@ -44,13 +44,12 @@ from mkt.course.labs.submissions import (
     OLDER,
     Submission,
     coincidences,
-    existing_folder,
     handed_in,
 )
 from mkt.course.labs.sums import Labs, counts, sum_up, unread
 from mkt.course.labs.table import COLUMNS, Row
 from mkt.course.labs.variants import written_name
-from mkt.files import alone, new_file
+from mkt.files import alone, existing_folder, new_file
 
 AT_ONCE = 2  # submissions, each of which has two processes
 OFTEN = 0.2  # [s] between two looks at those that are to end

@@ -72,21 +72,6 @@ class Submission:
     named: bool = True
 
 
-def existing_folder(folder: Path) -> Path:
-    """The folder of what was handed in.
-
-    Raises
-    ------
-    ValueError
-        Where there is none.
-    """
-    if folder.is_file():
-        raise ValueError(f"{folder}: this is a file; give the folder that it is in")
-    if not folder.is_dir():
-        raise ValueError(f"{folder}: there is no such folder")
-    return folder
-
-
 def handed_in(
     folder: Path, names: Iterable[str], copies: Path, ours: Collection[Path]
 ) -> list[Submission]:
