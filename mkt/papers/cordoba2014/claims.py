@@ -44,8 +44,9 @@ def hybrid_resampling_ranks_first(runs: Runs) -> list[Part]:
     takes the likelihood for the sign of an occlusion; what is printed for the two
     stands at the end, as ours, since it can hardly be meant.  So do the lines with our
     look.  The printed table itself has SIR ahead of PFHR on scale variations.  Window
-    matching is ours, and follows better than the printed one; its lines for each kind
-    came after the runs.
+    matching is ours; on these scenes it follows better than the printed one does on the
+    paper's, on BoBoT's ball and cup worse.  Its lines for each kind came after the
+    runs.
     """
     (pfhr, sir), (pfhr_ours, sir_ours) = (
         [_hits(runs, name) for name in names] for names in LOOKS.values()

@@ -29,6 +29,7 @@ from mkt.papers.nummiaro2003.steps import MISSED, PLAIN
 from mkt.particles import SCHEMES, effective_sample_size, normalised
 from mkt.plotting import CURRENT, DESIRED, EIGHT, TRACKERS, TRUTH
 from mkt.regions import from_box
+from mkt.trackers.hybrid_resampling import HybridResampling
 from mkt.types import Array
 
 
@@ -396,27 +397,28 @@ def hybrid(fig: Figure) -> None:
 
     Three moments of a person and a wall. In view, half of the particles, the walkers,
     walk at random round the last place, and half, the runners, have gone on with the
-    person. Just hidden, all are spread evenly round the last place, the runners moved
-    on. Longer hidden, the spread is wider, and when the person comes out some particle
-    is near.
+    person. A frame after the person went behind the wall, all are spread evenly round
+    the last place, the runners moved on, a bit less in every frame. Longer hidden, the
+    spread is wider, and when the person comes out some particle is near.
     """
     axes = fig.subplots(1, 3, gridspec_kw={"left": 0.01, "right": 0.99, "wspace": 0.05})
-    titles = "in view", "hidden for 1 frame", "hidden for 6 frames"
+    titles = "in view", "hidden for 2 frames", "hidden for 6 frames"
     rng = np.random.default_rng(2)
-    speed = 1.5
-    for ax, title, hidden in zip(axes, titles, (0, 1, 6), strict=True):
+    speed, damping = 1.5, HybridResampling().damping
+    for ax, title, frames in zip(axes, titles, (1, 2, 6), strict=True):
+        hidden = frames > 1
         last = 8.0 if hidden else 8.0 - speed
         chance = rng.normal(0, 0.8, (40, 2))
         if hidden:
-            chance = rng.uniform(-1, 1, (40, 2)) * (1.5 + 0.45 * hidden)
+            chance = rng.uniform(-1, 1, (40, 2)) * (1.5 + 0.45 * frames)
         places = np.array([last, 5.0]) + chance
-        places[20:, 0] += speed * max(hidden, 1)
+        places[20:, 0] += speed * np.sum(damping ** np.arange(frames))
         ax.add_patch(Rectangle((8.8, 0.2), 6.4, 9.6, fc="0.85", ec="none"))
         ax.plot(*places[:20].T, "o", ms=4.5, color=EIGHT[6], label="walkers")
         ax.plot(*places[20:].T, "^", ms=5, color=PURPLE, label="runners")
         cross = {"ls": "", "color": MISSED, "mew": 2, "label": "last estimate"}
         ax.plot(last, 5, "+", ms=13, **cross)
-        person = last + speed * max(hidden, 1)
+        person = last + speed * frames
         star = {"ls": "", "color": TRUTH, "label": "the person"}
         ax.plot(person, 5, "*", ms=16, **star)
         ax.set(xlim=(1, 23), ylim=(0, 10), title=title)

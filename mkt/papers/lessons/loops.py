@@ -147,9 +147,12 @@ def _draw_poles(ax: Axes, gains: Array, poles: Poles, chosen: Poles) -> None:
 
 def _say_outside(ax: Axes, chosen: Poles) -> None:
     """In words, that a chosen pole (p,) is not drawn: it decides the verdict."""
-    if (np.abs(chosen.real) > REAL).any() or (np.abs(chosen.imag) > IMAGINARY).any():
-        style = {"ha": "center", "va": "top", "color": "0.25"}
-        ax.text(0, 0.95 * IMAGINARY, "a cross lies outside of this picture", **style)
+    outside = (np.abs(chosen.real) > REAL) | (np.abs(chosen.imag) > IMAGINARY)
+    if outside.any():
+        who = "a cross lies" if outside.sum() == 1 else "crosses lie"
+        paper = {"fc": "white", "ec": "none", "pad": 1.5}  # over the dots
+        style = {"ha": "center", "va": "top", "color": "0.25", "bbox": paper}
+        ax.text(0, 0.95 * IMAGINARY, f"{who} outside of this picture", **style)
 
 
 def _draw_answer(
