@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from mkt.checks import is_whole
+from mkt.checks import is_number, is_whole
 from mkt.servoing.self_motion import OFF, Kalman, Matrices, check_period
 from mkt.types import Array, ArrayLike
 
@@ -53,12 +53,12 @@ def closed_loop(
     Raises
     ------
     ValueError
-        For a frame period or a mismatch that is not positive, a delay that is not a
-        whole number from 0 on, and a gain that is not finite.
+        For a frame period or a mismatch that is not positive and finite, a delay that
+        is not a whole number from 0 on, and a gain that is not finite.
     """
     _check_loop(gain, dt, delay)
-    if not mismatch > 0:
-        raise ValueError(f"mismatch is {mismatch}; it must be positive")
+    if not (is_number(mismatch, 0) and mismatch > 0):
+        raise ValueError(f"mismatch is {mismatch!r}; it must be positive, and finite")
     import control
 
     blocks = [

@@ -25,7 +25,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mkt.checks import locked, numbers
+from mkt.checks import is_number, locked, numbers
 from mkt.servoing.features import error
 from mkt.types import Array, ArrayLike
 
@@ -58,16 +58,16 @@ def measured_self_motion(
     Raises
     ------
     ValueError
-        For a frame period that is not positive.
+        For a frame period that is not positive and finite.
     """
     check_period(dt)
     return error(e, previous, angle) / dt - L @ v
 
 
 def check_period(dt: float) -> None:
-    """Raise ValueError for a frame period [s] that is not positive."""
-    if not dt > 0:
-        raise ValueError(f"dt is {dt}; the frame period in seconds must be positive")
+    """Raise ValueError for a frame period [s] that is not positive and finite."""
+    if not (is_number(dt, 0) and dt > 0):
+        raise ValueError(f"dt is {dt!r}; the frame period in seconds must be positive")
 
 
 @dataclass(frozen=True)

@@ -56,18 +56,28 @@ def test_the_noise_of_one_feature_moves_the_error_but_is_no_part_of_it():
 
 @pytest.mark.parametrize(
     "field, value",
-    [("dt", 0), ("delay", -1), ("delay", 1.5), ("gain", np.nan), ("gain", np.inf)],
+    [
+        ("dt", 0),
+        ("dt", float("inf")),
+        ("dt", "x"),
+        ("delay", -1),
+        ("delay", 1.5),
+        ("gain", float("nan")),
+        ("gain", float("inf")),
+    ],
 )
 def test_both_forms_of_the_loop_refuse_the_same_in_words(field, value):
     given = {"gain": 1.0, "dt": 0.2, "kalman": OFF, "delay": 0} | {field: value}
-    with pytest.raises(ValueError, match=f"^{field} is {value}; .* must be"):
+    with pytest.raises(ValueError, match=f"^{field} is {value!r}; .* must be"):
         closed_loop(**given)
     given["gain"] = np.array([1.0, given["gain"]])  # one of several is enough
     with pytest.raises(ValueError, match=f"^{field} is .*; .* must be"):
         one_feature(**given, velocity=np.zeros(3), noise=np.zeros((3, 2)))
 
 
-@pytest.mark.parametrize("mismatch", [0, -0.4, np.nan])
+@pytest.mark.parametrize("mismatch", [0, -0.4, float("nan"), float("inf"), "x"])
 def test_a_matrix_cannot_be_thought_of_another_sign(mismatch):
-    with pytest.raises(ValueError, match=f"^mismatch is {mismatch}; it must be posit"):
+    with pytest.raises(
+        ValueError, match=f"^mismatch is {mismatch!r}; it must be posit"
+    ):
         closed_loop(1.0, 0.2, mismatch=mismatch)

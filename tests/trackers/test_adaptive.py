@@ -348,4 +348,6 @@ def test_the_update_is_gated_and_keeps_the_sum():
     assert other.q == pytest.approx(0.7 * model.q + 0.3 * p, abs=1e-6)
     assert other.q.sum() == pytest.approx(1, abs=1e-5)
     assert tracker.updated(model, image, far)[0] is model
+    at_the_limit = replace(tracker, rho_min=rho)
+    assert at_the_limit.updated(model, image, near)[0] is model
     assert replace(tracker, alpha=0.0).updated(model, image, near)[0] is model
