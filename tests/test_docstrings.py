@@ -5,10 +5,14 @@ import doctest
 import importlib
 import inspect
 import re
+from copy import copy
 
 import pytest
 from docutils import nodes
 from docutils.core import publish_doctree
+from docutils.frontend import get_default_settings
+from docutils.parsers.rst import Parser
+from docutils.readers.standalone import Reader
 from docutils.utils import Reporter
 from sphinx.ext.napoleon import Config, NumpyDocstring
 
@@ -25,6 +29,10 @@ MODULES = sorted(
 SECTIONS = {
     name: value for name, value in pages.SETTINGS.items() if name.startswith("napoleon")
 }
+
+# Made once: to describe all of docutils' options takes as long as a docstring does.
+QUIET = get_default_settings(Reader, Parser)
+QUIET.report_level, QUIET.halt_level = Reporter.SEVERE_LEVEL, 5
 
 
 def public(body):
@@ -59,8 +67,7 @@ def test_no_sign_of_a_formula_is_taken_for_markup(path):
 def misread(docstring):
     """What docutils takes for markup that is none, once the sections are rewritten."""
     text = str(NumpyDocstring(docstring, Config(**SECTIONS)))
-    quiet = {"report_level": Reporter.SEVERE_LEVEL, "halt_level": 5}
-    tree = publish_doctree(text, settings_overrides=quiet)
+    tree = publish_doctree(text, settings=copy(QUIET))
     return [node.astext() for node in tree.findall(nodes.problematic)]
 
 

