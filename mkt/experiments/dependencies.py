@@ -103,7 +103,7 @@ def _is_own(thing: Any) -> bool:
 
 
 def _inside(thing: Any) -> Iterable[Any]:
-    """The fields of an object, and what a partial, a tuple, a list or a dict holds.
+    """The fields of an object, and what a partial, or a collection, holds.
 
     A field that names a scene of the user's own stands for its code too.  Nothing of a
     source that says itself what identifies it.
@@ -116,8 +116,8 @@ def _inside(thing: Any) -> Iterable[Any]:
         values = [getattr(thing, field.name) for field in fields(thing)]
         return [*values, *_scenes(values)]
     if isinstance(thing, dict):
-        return thing.values()
-    if isinstance(thing, tuple | list):
+        return [*thing, *thing.values()]
+    if isinstance(thing, tuple | list | set | frozenset):
         return thing
     return getattr(thing, "__dict__", {}).values() if _is_own(thing) else ()
 

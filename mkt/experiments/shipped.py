@@ -76,6 +76,8 @@ class Made:
         Of Python and the packages that numbers depend on.
     code : dict
         Part of the table -> a hash of its code, see `codes_of`.
+    content : str
+        A hash of the table itself, so that one that was cut is not taken for whole.
     """
 
     command: str
@@ -83,6 +85,7 @@ class Made:
     seeds: str
     versions: list[str]
     code: dict[str, str]
+    content: str
 
 
 def codes_of(table: Path) -> dict[str, str]:
@@ -239,7 +242,7 @@ def read_claims(table: Path = CLAIMED) -> tuple[list[Measured], Made]:
         parts = _parts(rows, more["lines"])
         seeds = seeds_of(made)
         measured = [Measured(CLAIMS[n], seeds, tuple(p)) for n, p in parts.items()]
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise _unreadable(table, error) from None
     return measured, made
 
@@ -393,15 +396,16 @@ def _write(
 ) -> None:
     if list(seeds) != list(range(seeds[0], seeds[-1] + 1)):
         raise ValueError(f"the seeds {list(seeds)} do not follow one another")
+    with whole(table) as half:
+        rows.to_csv(half, index=False, float_format=DIGITS, lineterminator="\n")
     made = {
         "command": COMMANDS[table] if table in COMMANDS else "",
         "date": datetime.date.today().isoformat(),
         "seeds": f"{seeds[0]}:{seeds[-1] + 1}",
         "versions": dependencies.versions(),
         "code": codes_of(table),
+        "content": _content(table),
     }
-    with whole(table) as half:
-        rows.to_csv(half, index=False, float_format=DIGITS, lineterminator="\n")
     with whole(table.with_suffix(".json")) as half:
         half.write_text(json.dumps({"made": made} | more, indent=1), encoding="utf-8")
 
@@ -412,9 +416,16 @@ def _read(table: Path, *columns: str) -> tuple[pd.DataFrame, Made, dict[str, Any
         rows[list(columns)]  # raises KeyError
         more = json.loads(table.with_suffix(".json").read_text(encoding="utf-8"))
         made = Made(**more.pop("made"))
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        if made.content != _content(table):
+            raise ValueError("it is not the table that its JSON file was written for")
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
         raise _unreadable(table, error) from None
     return rows, made, more
+
+
+def _content(table: Path) -> str:
+    """A hash of a table's lines, however they end."""
+    return _short(table.read_text(encoding="utf-8"))
 
 
 def _unreadable(table: Path, error: Exception) -> DataError:

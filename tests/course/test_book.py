@@ -588,7 +588,7 @@ def test_a_verdict_of_each_kind_has_its_sign_its_words_and_its_picture():
     seeds = range(1000, 1012)
     results = [claims.judge(claims.Measured(claim, seeds, (part,))) for part in parts]
     made = shipped.Made(
-        "make it", "2026-01-02", "1000:1012", ["python 9"], {"claims": "other"}
+        "make it", "2026-01-02", "1000:1012", ["python 9"], {"claims": "other"}, ""
     )
     page = pages.claims(BOOK, results, made)
     for verdict, (name, sign) in pages.BADGES.items():

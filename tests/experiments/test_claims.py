@@ -530,6 +530,7 @@ def test_the_lead_of_pfhr_is_asked_with_the_papers_look_alone():
         ('"lines"', '"parts"'),
         ('"statistic": "', '"statistic": "odd '),
         ('"seeds": "', '"seeds": "x'),
+        ('"seeds": "0:6"', '"seeds": 5'),
         ('"T09-a"', '"T09-?"'),
     ],
 )
@@ -550,8 +551,23 @@ def test_a_table_that_cannot_be_read_is_named_with_the_remedy(missing, tmp_path)
     table = tmp_path / "claims.csv"
     part = Part("x", np.ones(6), 0)
     shipped.write_claims([Measured(CLAIMS["T09-a"], SIX, (part,))], table)
-    table.with_suffix(missing).write_text("{")
-    with pytest.raises(DataError, match=r"claims.csv.* cannot be read .*take it from"):
+    for content in ("{", "null"):
+        table.with_suffix(missing).write_text(content)
+        with pytest.raises(
+            DataError, match=r"claims.csv.* cannot be read .*take it fro"
+        ):
+            shipped.read_claims(table)
+
+
+def test_a_table_that_was_cut_is_not_taken_for_whole(tmp_path):
+    table = tmp_path / "claims.csv"
+    part = Part("x", np.ones(6), 0)
+    shipped.write_claims([Measured(CLAIMS["T09-a"], SIX, (part,))], table)
+    lines = table.read_text().splitlines()
+    table.write_text("\r\n".join([*lines, ""]), newline="")  # as git may lay it out
+    shipped.read_claims(table)
+    table.write_text("\n".join([*lines[:-1], ""]))
+    with pytest.raises(DataError, match=r"claims.csv.* not the table that its JSON"):
         shipped.read_claims(table)
 
 

@@ -310,7 +310,15 @@ class Made:
 
 
 @pytest.mark.parametrize("whole", [Holding, Made])
-@pytest.mark.parametrize("within", [lambda part: part, lambda part: [{"a": part}]])
+@pytest.mark.parametrize(
+    "within",
+    [
+        lambda part: part,
+        lambda part: [{"a": part}],
+        lambda part: {part: "a"},
+        lambda part: (frozenset({part}), {part}),
+    ],
+)
 def test_a_part_of_a_plain_class_counts_too(whole, within, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     path = tmp_path / "part_of_mine.py"

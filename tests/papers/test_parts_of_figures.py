@@ -249,7 +249,7 @@ def two_runs(monkeypatch):
     def put(**columns):
         fixed = {"tracker": "ssd", "source": "base", "refused": ""}
         rows = pd.DataFrame(fixed | columns, [0, 1])
-        made = Made("", "", "0:2", [], {})
+        made = Made("", "", "0:2", [], {}, "")
         monkeypatch.setattr(shipped, "read_runs", lambda table: (rows, made))
 
     return put
