@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
+from math import isfinite
 
 from tabulate import tabulate
 
@@ -55,7 +56,8 @@ def row_of(line: Line) -> dict[str, str]:
 
 def measured(line: Line) -> str:
     """A line's value with its interval and unit, as text."""
-    dust = 1e-4 * (line.high - line.low)  # of rounding, about zero
+    width = line.high - line.low
+    dust = 1e-4 * width if isfinite(width) else 0  # of rounding, about zero
     three = (line.value, line.low, line.high)
     value, low, high = (_number(0 if abs(x) < dust else x) for x in three)
     return f"{value} [{low}, {high}] {line.part.unit}".rstrip()

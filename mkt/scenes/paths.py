@@ -139,7 +139,7 @@ def roaming(
     turn : float [rad]
         Standard deviation of the rotation from one to the next.
     growth : float
-        Bound on the logarithm of the size.
+        Bound on the logarithm of the sizes, which are then divided by the first.
     """
     times = np.arange(0, length + every, every, dtype=float)
     places = rng.uniform([70, 60], [250, 180], (len(times), 2))

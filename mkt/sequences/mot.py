@@ -48,7 +48,7 @@ def mot(folder: str | os.PathLike, target: int) -> Sequence:
     rows, numbers = _read(folder)
     mine = numbers[:, 1] == target
     if not mine.any():
-        known = ", ".join(f"{number:g}" for number in np.unique(numbers[:, 1])[:20])
+        known = ", ".join(f"{number:.15g}" for number in np.unique(numbers[:, 1])[:20])
         raise DataError(
             rows.path, f"no target has the id {target}", f"choose one of {known}"
         )

@@ -307,7 +307,10 @@ def _stored(data: NDArray) -> tuple[NDArray | None, Series[int]]:
 
     Grey, 16 bits and alpha are left in it, and it is not turned.
     """
-    image, notes, _ = cv2.imdecodeWithMetadata(data, cv2.IMREAD_UNCHANGED)
+    try:
+        image, notes, _ = cv2.imdecodeWithMetadata(data, cv2.IMREAD_UNCHANGED)
+    except cv2.error:  # its head says more pixels than can be
+        return None, ()
     return image, notes
 
 

@@ -783,3 +783,5 @@ def test_dust_about_zero_is_zero():
     )
     small = replace(line, value=0.003, low=-3.0, high=3.0)
     assert listing.measured(small) == "0.003 [-3, 3]"
+    unknown = replace(line, value=0.3, low=-np.inf, high=np.inf)
+    assert listing.measured(unknown) == "0.3 [-inf, inf]"

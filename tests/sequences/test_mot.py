@@ -106,6 +106,8 @@ def test_a_damaged_mot_file_is_named(row, what, remedy, line, tmp_path):
 def test_ids_of_mot_may_be_large(tmp_path):
     folder = mot_folder(tmp_path, "1,9999999999,11,13,20,10,1,1,1")
     assert len(mot(folder, 9999999999)) == 4
+    with refused("gt.txt", "no target has the id 1", "choose one of 9999999999"):
+        mot(folder, 1)
 
 
 @pytest.mark.parametrize("target", ["1", 1.0, None])

@@ -4,6 +4,7 @@ import gc
 import itertools
 import pickle
 import weakref
+import zlib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -205,7 +206,10 @@ def test_bad_folders_and_images(tmp_path):
     cv2.imwrite(str(path), good[:, :32])
     with refused(path, "32x48 pixels.*64x48", "resize"):
         ImageFolder(path.parent)[1]
-    for content in (b"", b"not an image"):
+    huge = bytearray(path.read_bytes())
+    huge[16:24] = (70_000).to_bytes(4, "big") * 2  # width and height in its head
+    huge[29:33] = zlib.crc32(huge[12:29]).to_bytes(4, "big")
+    for content in (b"", b"not an image", bytes(huge)):
         path.write_bytes(content)
         with refused(path, "not an image", "download"):
             ImageFolder(path.parent)[1]
