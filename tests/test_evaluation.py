@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from mkt.evaluation import (
     HIT,
     JUDGED,
+    Restarted,
     accuracy,
     errors,
     evaluate,
@@ -490,3 +491,8 @@ def test_a_track_is_judged_on_its_own_sequence_alone():
         evaluate(clip.truth, clip)
     with pytest.raises(ValueError, match="clip is of the type NoneType"):
         evaluate(found, None)
+
+
+def test_the_accuracy_leaves_a_run_as_it_is():
+    run = Restarted(np.linspace(0, 1, 30), [0], [20])
+    assert accuracy(run) == accuracy(run) and np.isfinite(run.overlap).all()

@@ -196,3 +196,12 @@ def test_a_name_as_long_as_the_disk_takes_can_be_written(tmp_path, stem):
     with whole(path) as half:
         half.write_text("all")
     assert path.read_text() == "all"
+
+
+def test_both_signals_act_again_afterwards():
+    before = [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)]
+    with in_one_piece():
+        pass
+    after = [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)]
+    signal.signal(signal.SIGTERM, before[1])
+    assert after == before

@@ -169,3 +169,8 @@ def test_a_tilt_takes_the_right_side_away_or_the_lower_one(tilt, far, near):
     seen = homographies.corners(homographies.moved(np.eye(3), step, np.ones(2)))
     length = [np.linalg.norm(np.diff(seen[side], axis=0)) for side in (far, near)]
     assert length[0] < 0.9 * length[1]
+
+
+def test_a_moved_homography_has_1_as_its_last_element():
+    step = np.array([0.1, 0, 0, 0.5])
+    assert homographies.moved(np.eye(3), step, np.array([1.25, 0.8]))[2, 2] == 1

@@ -232,3 +232,13 @@ def test_nobody_can_write_to_what_equal_kernels_share():
 def test_kernels_are_fitted_to_what_has_an_area(sides):
     with pytest.raises(ValueError, match="has no area|is not finite"):
         Kernels().fitted([50, 40, 0, *sides])
+
+
+def test_kernels_wider_than_the_object_stand_in_its_middle():
+    wide = Kernels("3x3", span=4.0, aspect=1.0)  # of a radius of 4/3 of half a side
+    assert (wide.centres == 0).all()
+
+
+def test_a_point_on_the_border_of_a_support_belongs_to_it():
+    flat, turn = Kernels("one", "uniform", aspect=1.0), np.linspace(0, 7, 500)
+    assert flat.weigh(np.stack([np.cos(turn), np.sin(turn)], -1)).all()

@@ -163,3 +163,10 @@ def test_no_rounding_makes_a_squared_distance_negative(measure):
     """Of equal histograms in single precision; its root would be NaN."""
     q = np.random.default_rng(0).dirichlet(np.ones(110), 200).astype(np.float32)
     assert np.min(measure(q, q, ColorBins())) >= 0
+
+
+def test_soft_bins_move_the_borders_of_two_channels_by_different_pairs():
+    shifts = np.array([bins.shift for bins in SoftBins(ColorBins("rgb"))._moved])
+    for a, b in ((0, 1), (0, 2), (1, 2)):
+        assert (shifts[:, a] != shifts[:, b]).sum() == 4
+        assert sorted(shifts[:, a]) == pytest.approx([-0.4, -0.2, 0, 0.2, 0.4])

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from mkt import silhouettes
 from mkt.kernels import Kernels
 from mkt.regions import warp
 from mkt.scenes.textures import texture
@@ -191,3 +192,20 @@ def test_a_mask_of_another_size_is_refused():
     for wrong in (np.ones((3, 3)), np.full(square, 255), np.full(square, np.nan)):
         with pytest.raises(ValueError, match="give 48 x 48 numbers from 0 to 1"):
             masked(Kernels("3x3"), wrong)
+
+
+def test_a_mask_of_a_masked_kernel_is_multiplied():
+    half = np.full((SIDE, SIDE), 0.5)
+    twice = masked(masked(Kernels("one"), half), half)
+    assert twice.image == pytest.approx(0.25, abs=1 / 255)
+
+
+@pytest.mark.parametrize("share, is_whole", [(0.04, True), (0.06, False)])
+def test_less_than_a_twentieth_was_not_found(monkeypatch, share, is_whole):
+    def cut(seen, labels, *more):
+        edge = (len(labels) - SIDE) // 2
+        labels[edge : edge + round(share * SIDE), edge : edge + SIDE] = 1
+
+    monkeypatch.setattr(silhouettes.cv2, "grabCut", cut)
+    frame = np.zeros((90, 90, 3), np.uint8)
+    assert grabbed(frame, [45, 45, 0, 20, 20]).all() == is_whole

@@ -320,3 +320,10 @@ def test_a_step_may_give_no_region():
     info = report(np.ones(5), 0.1, True, 1.0) | {"region": np.full(5, np.nan)}
     found = track(Saying(info), Drawn("base").sequence())
     assert np.isnan(found.regions[1:]).all() and found.lost[1:].all()
+
+
+def test_a_report_has_a_region_of_its_own():
+    region = np.array([50.0, 40, 0, 20, 10])
+    info = report(region, 0.1, False, 1)
+    region[0] = 0
+    assert info["region"][0] == 50

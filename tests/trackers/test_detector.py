@@ -63,3 +63,8 @@ def test_two_frames_suffice_and_small_parts_are_noise():
 def test_specks_are_removed_and_parts_of_one_object_are_joined():
     frames = blots((20, 20, 1, 60), (60, 40, 12, 24), (75, 40, 12, 24))
     assert len(moving(frames, smallest=20)) == 1
+
+
+def test_what_has_just_the_smallest_area_is_no_noise():
+    frames = blots((20, 20, 30, 24))  # 720 px^2, of which four corners are closed away
+    assert [len(moving(frames, area)) for area in (716, 717)] == [1, 0]

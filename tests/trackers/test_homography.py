@@ -362,3 +362,13 @@ def test_a_plane_is_not_sought_in_an_image_of_other_bins(car):
     region, ((fewer, _), (_, target)) = car
     with pytest.raises(ValueError, match="the image has 110 bins, but the reference"):
         minimise(target, fewer, of_regions(region), 3, "homography")
+
+
+def test_what_no_camera_could_see_leaves_the_start_and_not_the_first_place(monkeypatch):
+    clip = card("base", 2).sequence()
+    tracker = PlaneSSD(iterations=1)
+    state = tracker.init(clip.frames[0], clip.truth[0], np.random.default_rng(0))
+    start = of_regions(displaced(clip.truth[0], 5, 3))
+    monkeypatch.setattr(homography, "plausible", lambda *_: False)
+    found, _, _ = tracker.refine(state, tracker.bins(clip.frames[0]), start)
+    assert (found == start).all()

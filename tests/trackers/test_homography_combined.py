@@ -72,3 +72,16 @@ def test_particles_of_a_plane_weigh_by_the_printed_likelihood():
     rho = state.target.coefficients(tracker.ssd.bins(clip.frames[1]), places)
     expected = np.exp(-20 * np.sum(1 - rho, axis=-1))
     np.testing.assert_allclose(info["weights"], expected / expected.sum(), rtol=1e-4)
+
+
+def test_while_a_plane_is_hidden_the_mean_of_the_particles_is_said():
+    clip, rng = card("base", 2).sequence(), np.random.default_rng(0)
+    tracker = PlaneCombined(n=300, spread=(0.4, 0.01), threshold=-1.0)
+    state = tracker.init(clip.frames[0], clip.truth[0], rng)
+    sides = state.target.kernels.half_sides
+    beside = moved(state.ssd.homography, np.array([0.3, 0]), sides)
+    state = state._replace(ssd=state.ssd._replace(homography=beside))
+    _, info = tracker.step(state, clip.frames[0], rng)
+    mean = info["weights"] @ info["particles"][:, :2]
+    np.testing.assert_allclose(info["region"][:2], mean, atol=0.2)
+    assert np.abs(mean - beside[:2, 2]).max() > 1

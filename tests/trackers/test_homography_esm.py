@@ -250,3 +250,11 @@ def spot(homography):
     pattern = np.sin(9 * u + 1) + np.cos(8 * v) + np.sin(12 * u * v + 2 * u)
     shown = 100 + 60 * np.exp(-(u**2 + v**2) / 0.08) * pattern
     return shown.reshape(80, 125).astype(np.float32)
+
+
+def test_a_step_of_esm_takes_the_mean_of_both_slopes():
+    """Those of one picture alone leave a fifth, or half, of such a displacement."""
+    picture, sides = waves(np.eye(3)), np.array([1.25, 0.8])
+    x = 0.02 * np.array([4, -3, 4, 3, 2, -2, 1, 2])
+    left = esm_step(picture, waves(moved(np.eye(3), -x, sides)))[0] - x
+    assert np.abs(left).max() < 0.08 * np.abs(x).max()

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mkt.colors import ColorBins, JointHSV
-from mkt.histograms import learn
-from mkt.neighbours import MEASURES, SoftBins
+from mkt.histograms import histograms, learn
+from mkt.neighbours import MEASURES, SoftBins, quadratic
 from mkt.particles import Particles
 from mkt.scenes.varied import Varied
 from mkt.trackers.neighbours import CrossBin
@@ -73,3 +73,19 @@ def test_an_unknown_measure_or_shape_is_refused():
         CrossBin(measure="nearest")
     with pytest.raises(ValueError, match="shape"):
         Shaped(shape="outline")
+
+
+def test_one_part_outside_is_as_unlike_as_can_be():
+    frame = np.random.default_rng(0).integers(0, 255, (60, 80, 3), np.uint8)
+    tracker = CrossBin(n=2, measure="quadratic", combine="mean", lam=1.0)
+    image = tracker.bins(frame)
+    target = learn(image, [40, 30, 0, 15, 12], tracker.kernels)
+    regions = np.array([[40.0, 30, 0, 15, 12], [-9, 30, 0, 15, 12]])
+    q = histograms(image, target.kernels, regions)
+    outside = ~q[1].any(-1)
+    assert 0 < outside.sum() < 9
+    d2 = quadratic(q, target.q, tracker.bins)
+    d2[1, outside] = 1
+    expected = np.exp(-d2.mean(-1))
+    found = tracker.weigh(target, image, Particles(regions, np.zeros((2, 2))))
+    np.testing.assert_allclose(found, expected / expected.sum(), rtol=1e-5)

@@ -14,6 +14,7 @@ from mkt.scenes.layers import Layer
 from mkt.scenes.questions import blur
 from mkt.scenes.rendering import Scene
 from mkt.scenes.textures import OBJECTS
+from mkt.trackers import newton
 from mkt.trackers.newton import (
     EMPTY,
     Prior,
@@ -28,6 +29,7 @@ from mkt.trackers.newton import (
 )
 from mkt.trackers.ssd import SSD
 from mkt.tracking import track
+from tests.trackers.scenes import STANDING
 
 BINS = ColorBins()
 FINE = Kernels("3x3", samples=4800)
@@ -430,3 +432,25 @@ def test_the_derivative_of_a_prior_is_what_the_step_takes_it_for():
     expected = 2 * prior.weights * prior.off(near)
     np.testing.assert_allclose(slope, expected, rtol=0.03, atol=1e-3)
     assert prior.cost(region) == 0
+
+
+def test_a_turn_alone_is_no_short_step(monkeypatch):
+    clip = replace(STANDING, length=2).sequence()
+    image, start = ColorBins()(clip.frames[0]), clip.truth[0]
+    turns = iter([0.1, 0.1, 1e-3])
+
+    def step(*_):
+        return np.array([0, 0, next(turns), 0])
+
+    monkeypatch.setattr(newton, "newton_step", step)
+    assert minimise(learn(image, start, Kernels("3x3")), image, start, 9)[1] == 3
+
+
+def test_a_bin_that_is_nearly_empty_says_nothing():
+    rng = np.random.default_rng(0)
+    q, reference = rng.random((2, 1, 7))
+    dq = rng.normal(size=(1, 7, 4))
+    q[0, 3] = EMPTY / 10
+    others = np.delete(np.arange(7), 3)
+    without = newton_step(q[:, others], dq[:, others], reference[:, others])
+    np.testing.assert_allclose(newton_step(q, dq, reference), without)

@@ -85,3 +85,8 @@ def test_a_refusal_says_at_which_scale_its_numbers_are():
     frame, region = np.zeros((60, 80, 3), np.uint8), np.array([0.0, 0, 0.3, 20, 16])
     with pytest.raises(ValueError, match=r"at the scale 0.5: .*\(-0.25, -0.25"):
         Scaled(SSD(), 0.5).init(frame, region, np.random.default_rng(0))
+
+
+def test_half_a_pixel_of_a_frame_is_nothing():
+    with pytest.raises(ValueError, match="leaves nothing"):
+        Scaled(SSD(), 0.5).step(None, np.zeros((1, 9, 3), np.uint8), None)
