@@ -280,6 +280,16 @@ def test_who_handed_in_nothing_has_a_row_until_there_is_something(toy):
     assert list(graded(toy / "flat", toy / "flat.csv")) == ["ada"]
 
 
+def test_a_folder_that_is_a_link_is_called_that(toy):
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    hand_in(toy / "elsewhere" / "toy.ipynb", answer(**GOOD))
+    (toy / "submitted" / "bob").symlink_to(toy / "elsewhere")
+    found = submissions(toy / "submitted", ["toy"], ())
+    assert [one.student for one in found] == ["ada", "bob"]
+    rows = graded(toy / "submitted", toy / "grades.csv")
+    assert rows["bob"]["note"].startswith("a link to somewhere else")
+
+
 def test_a_folder_that_cannot_be_read_is_not_called_empty(tmp_path):
     assert _nothing(tmp_path) == "nothing was handed in"
     assert _nothing(tmp_path / "gone").startswith("cannot be read: ")

@@ -138,7 +138,8 @@ def submissions(
         Submission(path.name, None, path.relative_to(folder), trouble=_nothing(path))
         for path in sorted(folder.iterdir())
         if some  # or none of the folders is a student's
-        if path.is_dir() and not _is_aside(path.name) and path.name not in some
+        if path.is_dir() and not path.is_symlink()  # which stands for itself, above
+        if not _is_aside(path.name) and path.name not in some
         if left_out.isdisjoint(_with_parents(folder, path))
     ]
     return found + empty

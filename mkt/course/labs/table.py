@@ -33,13 +33,18 @@ Row = dict[str, str]
 def harmless(text: str) -> str:
     """A text that is only read, wherever it is shown.
 
-    What cannot be printed becomes a question mark; a spreadsheet takes what follows an
-    apostrophe for text.
+    A tab, and any other kind of space, becomes a plain one, and what cannot be printed
+    a question mark; a spreadsheet takes what follows an apostrophe for text.
     """
-    text = "".join(
-        one if one.isprintable() or one == "\n" else "\ufffd" for one in text
-    )
-    return f"'{text}" if text.startswith(FORMULA) and not _is_number(text) else text
+    text = "".join(map(_printable, text))
+    formula = text.lstrip().startswith(FORMULA)
+    return f"'{text}" if formula and not _is_number(text) else text
+
+
+def _printable(letter: str) -> str:
+    if letter.isprintable() or letter == "\n":
+        return letter
+    return " " if letter.isspace() else "\ufffd"
 
 
 def _is_number(text: str) -> bool:
