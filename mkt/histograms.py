@@ -447,6 +447,11 @@ class Target(NamedTuple):
         """Number of bins."""
         return self.q.shape[-1]
 
+    @property
+    def counted(self) -> int:
+        """Number of kernels that count."""
+        return len(self.q if self.learnt is None else self.learnt)
+
     def coefficients(self, image: BinImage, regions: ArrayLike) -> Array:
         """Bhattacharyya coefficients of regions with the reference.
 

@@ -205,7 +205,8 @@ def smoothed(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
 def quadratic(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
     """d^2 = (q - q*)^T S (q - q*) / 2, (...) in [0, 1], of histograms (..., m)."""
     off = np.asarray(q) - np.asarray(reference)
-    return np.einsum("...m,...m->...", shared(off, bins), off) / 2
+    product = np.einsum("...m,...m->...", shared(off, bins), off)
+    return np.maximum(product / 2, 0)  # rounding may leave a little less
 
 
 def earth_mover(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:

@@ -342,7 +342,10 @@ def draw_map(
 
 @lru_cache(maxsize=16)
 def bin_colors(bins: Bins) -> Array:
-    """The mean colour of each bin, (m, 3) in [0, 1]; white where no colour falls."""
+    """The mean colour of each bin, (m, 3) in [0, 1]; white where no colour falls.
+
+    Or none of every sixth red, green and blue: these are looked at.
+    """
     channel = np.arange(0, 256, 6, dtype=np.uint8)
     lattice = np.stack(np.meshgrid(channel, channel, channel), -1)
     lattice = lattice.reshape(len(channel), -1, 3)
@@ -369,7 +372,7 @@ def draw_histogram(ax: Axes, q: ArrayLike, bins: Bins, **labels: Any) -> None:
         linewidths=0.25,
     )
     ax.add_collection(polygons)
-    limits = {"xlim": (-0.5, bins.m - 0.5), "ylim": (0, 1.05 * q.max())}
+    limits = {"xlim": (-0.5, bins.m - 0.5), "ylim": (0, 1.05 * (q.max() or 1))}
     ax.set(**limits, xlabel="bin $u$", ylabel="$q_u$", **labels)
 
 

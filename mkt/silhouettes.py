@@ -14,7 +14,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from mkt.checks import checked_frame, checked_region, in_words
+from mkt.checks import checked_frame, checked_region, in_words, of_kind
 from mkt.colors import ColorBins
 from mkt.kernels import Kernels
 from mkt.regions import outside, warp_matrices
@@ -47,6 +47,7 @@ class Silhouette(Kernels):
 
     def __post_init__(self):
         super().__post_init__()
+        of_kind(self.mask, bytes, "mask", "make it with as_bytes")
         if len(self.mask) != SIDE**2:
             raise ValueError(
                 f"mask has {len(self.mask)} bytes; make it with as_bytes: {SIDE**2}"

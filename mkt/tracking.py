@@ -257,7 +257,7 @@ def follow(
         )
     rng = np.random.default_rng(seed)
     frames = iter(clip.frames)
-    state = tracker.init(next(frames), first, rng)
+    state = tracker.init(next(frames), first.copy(), rng)
     if progress:
         progress(1, len(clip))
     yield {"region": first.copy(), "score": 1.0, "lost": False}

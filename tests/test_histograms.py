@@ -352,7 +352,7 @@ def test_an_object_that_is_partly_outside_is_learnt_by_the_kernels_that_see_it()
     assert target.learnt is not None
     assert target.learnt.tolist() == [1, 2, 4, 5, 7, 8]  # not the left column
     rho = target.coefficients(IMAGE, half[None])
-    assert rho.shape == (1, 6) and np.allclose(rho, 1)
+    assert rho.shape == (1, 6) and np.allclose(rho, 1) and target.counted == 6
     with pytest.raises(ValueError, match="outside the image"):
         learn(IMAGE, away, tiles, partly=True)
     assert learn(IMAGE, [40.0, 30, 0, 15, 15], tiles, partly=True).learnt is None

@@ -13,6 +13,7 @@ from mkt.neighbours import (
     SoftBins,
     circular_emd,
     hsv_counts,
+    quadratic,
     shared,
     smoothing,
 )
@@ -170,3 +171,13 @@ def test_soft_bins_move_the_borders_of_two_channels_by_different_pairs():
     for a, b in ((0, 1), (0, 2), (1, 2)):
         assert (shifts[:, a] != shifts[:, b]).sum() == 4
         assert sorted(shifts[:, a]) == pytest.approx([-0.4, -0.2, 0, 0.2, 0.4])
+
+
+def test_the_quadratic_distance_is_never_negative():
+    """For a difference that S does not see, rounding may leave it a little below."""
+    bins = ColorBins()
+    unseen = np.linalg.eigh(shared(np.eye(bins.m), bins))[1][:, :10]
+    off = np.random.default_rng(0).normal(size=(99, 10)) @ unseen.T
+    off /= np.abs(off).sum(1, keepdims=True)
+    reference = np.full(bins.m, 1 / bins.m)
+    assert (quadratic(reference + off, reference, bins) >= 0).all()

@@ -177,3 +177,8 @@ def test_a_film_strip_shows_each_run_s_own_region_in_each_frame(tracked):
     shown = [(regions, k) for regions, _ in rows.values() for k in (1, 3)]
     for ax, (regions, k) in zip(fig.axes, shown, strict=True):
         assert_shows(ax, clip, regions, k)
+
+
+def test_a_histogram_of_a_kernel_that_saw_nothing_is_empty(ax):
+    draw_histogram(ax, np.zeros(ColorBins().m), ColorBins())  # a warning is an error
+    assert ax.get_ylim() == (0, 1.05)

@@ -209,3 +209,9 @@ def test_less_than_a_twentieth_was_not_found(monkeypatch, share, is_whole):
     monkeypatch.setattr(silhouettes.cv2, "grabCut", cut)
     frame = np.zeros((90, 90, 3), np.uint8)
     assert grabbed(frame, [45, 45, 0, 20, 20]).all() == is_whole
+
+
+@pytest.mark.parametrize("mask", [None, "x" * SIDE**2, [1] * SIDE**2])
+def test_a_mask_of_another_kind_is_refused(mask):
+    with pytest.raises(ValueError, match="^mask is of the type .*; make it with as_by"):
+        Silhouette(mask=mask)

@@ -327,3 +327,21 @@ def test_a_report_has_a_region_of_its_own():
     info = report(region, 0.1, False, 1)
     region[0] = 0
     assert info["region"][0] == 50
+
+
+class Pushing:
+    """A tracker that changes the region that it is given."""
+
+    def init(self, frame, region, rng):
+        region[:2] += 9
+        return region
+
+    def step(self, state, frame, rng):
+        return state, report(state, 0.0, False, 1)
+
+
+def test_a_tracker_that_changes_its_start_does_not_change_the_track():
+    clip = replace(Drawn("base", 1).sequence())
+    found = track(Pushing(), clip).regions
+    np.testing.assert_array_equal(found[0], clip.truth[0])
+    np.testing.assert_array_equal(found[1], clip.truth[0] + [9, 9, 0, 0, 0])

@@ -81,9 +81,9 @@ def threshold(roots: NDArray, q: NDArray) -> float:
 
 def check_zones(zones: tuple[Zone, ...]) -> None:
     """Refuse an unknown zone, or none, with a ValueError."""
-    if not zones:
+    if not (isinstance(zones, tuple | list) and zones):
         raise ValueError(
-            "zones is empty; name at least one of anywhere, borders, "
+            f"zones is {zones!r}; name at least one of anywhere, borders, "
             "(x, y, spread x, spread y)"
         )
     for zone in zones:

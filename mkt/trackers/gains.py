@@ -73,7 +73,9 @@ def followed(light: Light, frame: Frame, region: Region, rate: float = 0.3) -> L
     like its reference.
     """
     pixels = _pixels(light.target, frame, region)
-    told = np.median(_means(light.target, pixels) / light.colors, axis=0)
+    ratios = _means(light.target, pixels) / light.colors
+    learnt = light.target.learnt
+    told = np.median(ratios if learnt is None else ratios[learnt], axis=0)
     nearer = np.clip(light.gains ** (1 - rate) * told**rate, *BOUNDS)
     candidates = [light.gains, nearer, light.gains**0.9]
     colors = np.concatenate([relit(pixels, gains) for gains in candidates])

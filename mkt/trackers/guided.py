@@ -74,7 +74,7 @@ from mkt.regions import THETA, area, wrap_angle
 from mkt.trackers.close_up import close_up, fitting_pitch
 from mkt.trackers.gains import Light, first_light, followed
 from mkt.trackers.last_word import aligned, picture_of
-from mkt.trackers.newton import Prior, distance_at, minimise
+from mkt.trackers.newton import HEAVIEST, Prior, distance_at, is_weight, minimise
 from mkt.tracking import Info, report
 from mkt.types import Array, Frame, NDArray, Region, Regions, Rng
 
@@ -82,6 +82,7 @@ FULL_GRID = 4800  # samples of a region whose cost counts as one evaluation
 MEMORY = 0.9  # of the surprise, for one frame
 FADING = 0.9  # share of the velocity that outlives a hidden frame
 COLORS = ColorBins()  # of the light
+WEIGHT = f"a weight of a prior lies between 0 and {HEAVIEST:g}"
 
 
 class GuidedState(NamedTuple):
@@ -220,7 +221,8 @@ class Guided:
         checks.counts(self, "n", "steps")
         checks.counts(self, "starts", least=0)
         checks.shares(self, "renewed")
-        checks.not_negative(self, "place", "size", "widening")
+        checks.not_negative(self, "widening")
+        checks.numbers(self, "place", "size", fits=is_weight, need=WEIGHT)
         checks.numbers(self, "found", "sure", "lost_above", "hidden_above", "doubtful")
         checks.numbers(self, "turn", "alike")
         checks.of_kind(self.motion, Motion, "motion", "give a Motion, such as Motion()")
@@ -426,8 +428,8 @@ class Guided:
 
 
 def _full(state: GuidedState) -> int:
-    """O(x) of (6) is this times d_m^2: twice the number of kernels."""
-    return 2 * len(state.fine.q)
+    """O(x) of (6) is this times d_m^2: twice the number of kernels that count."""
+    return 2 * state.fine.counted
 
 
 def _velocity(state: GuidedState, region: Region, hidden: bool, missed: int) -> Array:

@@ -47,7 +47,8 @@ class ESMState(NamedTuple):
     Attributes
     ----------
     pictures : tuple of (h, w) float32 arrays
-        What faced the camera in the first frame, in grey, one for each pass.
+        What faced the camera in the first frame, in grey, one for each pass; NaN in
+        what was outside of it.
     aspect : float
         hx / hy.
     homography : (3, 3) array
@@ -120,8 +121,7 @@ class PlaneESM:
                 "choose a box inside it"
             )
         blank = np.zeros(size[::-1], np.float32)
-        seen = (facing(each, first, blank) for each in smoothed)
-        pictures = tuple(np.nan_to_num(picture) for picture in seen)
+        pictures = tuple(facing(each, first, blank) for each in smoothed)
         return ESMState(pictures, hx / hy, first, first)
 
     def step(self, state: ESMState, frame: Frame, rng: Rng) -> tuple[ESMState, Info]:
@@ -156,7 +156,7 @@ class PlaneESM:
             steps, short = 0, False
             while steps < self.iterations and not short:
                 seen = facing(smooth, found, picture)
-                if not in_view(seen):
+                if not in_view(seen + picture):
                     return start, 0.0, taken
                 step, correlation = esm_step(picture, seen)
                 taken += 1
@@ -176,7 +176,10 @@ class PlaneESM:
 
 
 def in_view(seen: NDArray) -> bool:
-    """Whether enough of what `facing` saw of an object, (h, w), is in the frame."""
+    """Whether enough of what `facing` saw of an object, (h, w), is in the frame.
+
+    Of the sum of two such pictures: whether enough is in both.
+    """
     return bool(np.isnan(seen).mean() <= UNSEEN)
 
 
@@ -188,8 +191,8 @@ def esm_step(
     Parameters
     ----------
     picture, seen : (h, w) float32 arrays
-        s* and s, over the object; NaN in what lies outside the frame, which is left
-        out.
+        s* and s, over the object; NaN in what lies outside the frame, now or when the
+        picture was taken, which is left out.
     motions : tuple of int
         Which of the parameters of `mkt.homographies` to step in, all by default.
 
@@ -201,10 +204,11 @@ def esm_step(
         Of the two pictures before the step, in [-1, 1].
     """
     h, w = picture.shape
-    finite = np.isfinite(seen)
+    finite = np.isfinite(seen + picture)
+    if not finite.all():
+        picture, seen = _filled(picture, seen), _filled(seen, picture)
     inside = finite.ravel().astype(np.float32)
-    wanted = _standard(picture.ravel(), inside)
-    found = _standard(np.where(finite, seen, picture).ravel(), inside)
+    wanted, found = (_standard(each.ravel(), inside) for each in (picture, seen))
     mean = (wanted + found) / 2
     slopes = _slopes(mean.reshape(h, w)) * inside
     jacobian = np.einsum("cn,cin->in", slopes, _motions(w, h, motions))
@@ -216,6 +220,11 @@ def esm_step(
     normal, slope = jacobian @ jacobian.T, jacobian @ (found - wanted)
     step = -np.linalg.lstsq(normal.astype(float), slope.astype(float), rcond=1e-9)[0]
     return step, float(_mean(wanted * found, inside))
+
+
+def _filled(picture: NDArray, other: NDArray) -> NDArray:
+    """A picture with another one where it is NaN, so that no slopes begin there."""
+    return np.where(np.isfinite(picture), picture, np.nan_to_num(other))
 
 
 def _slopes(image: NDArray) -> NDArray:

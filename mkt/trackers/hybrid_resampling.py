@@ -254,8 +254,10 @@ class HybridResampling:
             width = (self.spread + self.growth * frames) * size(state.estimate)
             uniform = rng.uniform(-width, width, (self.n, 2))
             regions[:, :2] = state.estimate[:2] + uniform
-        # Spread over all, because copies of one ancestor are neighbours.
-        onward = np.diff(np.floor(np.arange(self.n + 1) * self.inertial)) > 0
+        # Spread over all, because copies of one ancestor are neighbours; to 9 places,
+        # because .58 x 200 is a little less than 116.
+        so_far = np.floor(np.round(np.arange(self.n + 1) * self.inertial, 9))
+        onward = np.diff(so_far) > 0
         regions[onward, :2] += self.drift(state)
         regions[:, :2] = regions[:, :2].clip(0, [shape[1] - 1, shape[0] - 1])
         return regions

@@ -48,13 +48,13 @@ def picture_of(frame: Frame, region: Region, pitch: int) -> NDArray:
     Returns
     -------
     (h, w) float32 array
-        Of about `PIXELS`; 0 outside the frame.
+        Of about `PIXELS`; NaN outside the frame.
     """
     hx, hy = region[3:]
     across = (PIXELS * hx / hy) ** 0.5
     sides = [max(round(side), SHORTEST) for side in (PIXELS / across, across)]
     blank = np.zeros(sides, np.float32)
-    return np.nan_to_num(_over(_close_up(frame, region, pitch), region, blank))
+    return _over(_close_up(frame, region, pitch), region, blank)
 
 
 def aligned(
@@ -82,7 +82,7 @@ def aligned(
     correlation = 0.0
     for _ in range(STEPS):
         seen = _over(close_up, region, picture)
-        if not in_view(seen):
+        if not in_view(seen + picture):
             return start, 0.0
         step, correlation = esm_step(picture, seen, MOTIONS)
         region = moved(region, step)

@@ -14,7 +14,7 @@ The tracker that does nothing else is `mkt.trackers.ssd.SSD`.  Explained in note
 """
 
 from functools import lru_cache
-from math import cos, exp, isfinite, sin, sqrt
+from math import cos, exp, inf, isfinite, sin, sqrt
 from threading import get_ident
 from typing import NamedTuple
 
@@ -38,6 +38,8 @@ from mkt.types import Array, NDArray, Region
 EMPTY = 1e-6  # bins with less carry no first-order information: zero rows of J_U
 FLAT = 1e-3  # share of the largest curvature of O below which a direction gets no step
 LARGEST_STEP = 0.5  # of a component of Delta x, in object units, radians and log size
+# Of a prior's weights: beside ten times as much, what O sees of a place is flat.
+HEAVIEST = 1e4
 SHORT = 1e-2  # a step below this ends the iteration, in the same units
 TRUST = 8  # power of rho_j in the trust of a kernel; ours, with `robust`
 
@@ -189,6 +191,11 @@ def differentiate(
     return q, dq
 
 
+def is_weight(value: float) -> bool:
+    """Whether a component of a `Prior` can have this weight, if it may change."""
+    return 0 <= value <= HEAVIEST
+
+
 class Prior(NamedTuple):
     """What is known of the region before the frame is looked at: a term of O(x).
 
@@ -202,7 +209,7 @@ class Prior(NamedTuple):
         The most probable one, x*.
     weights : (4,) array
         lambda for tau_x, tau_y, theta and log s, in object units and radians; infinite
-        for a component that must not change.
+        for a component that must not change, and otherwise `HEAVIEST` at most.
     """
 
     region: Region
@@ -227,10 +234,11 @@ class Prior(NamedTuple):
                 "give the prior finite numbers, and half axes above 0"
             )
         four = np.shape(self.weights) == (4,)
-        if not (four and all(w >= 0 for w in np.asarray(self.weights).tolist())):
+        weights = np.asarray(self.weights).tolist()
+        if not (four and all(w == inf or is_weight(w) for w in weights)):
             raise ValueError(
-                f"weights are {self.weights}; a prior needs four from 0 on, "
-                "for tau_x, tau_y, theta and log s"
+                f"weights are {self.weights}; a prior needs four from 0 to "
+                f"{HEAVIEST:g}, or infinite, for tau_x, tau_y, theta and log s"
             )
 
     def off(self, regions: Array) -> Array:
@@ -342,7 +350,8 @@ def newton_path(
     regions = [np.asarray(start, float)]
     for _ in range(steps):
         q, dq = differentiate(target, image, regions[-1], derivative_of_c)
-        regions.append(moved(regions[-1], newton_step(q, dq, target.q)))
+        step = newton_step(q, dq, target.q, _trust(target, q, False))
+        regions.append(moved(regions[-1], step))
     return np.array(regions)
 
 
@@ -382,7 +391,7 @@ def minimise(
     ------
     ValueError
         For an image with other bins than the target's, and for a prior whose region is
-        none or has no area, or whose weights are not four numbers from 0 on.
+        none or has no area, or whose weights are not four that it can have.
     """
     target.check(image)
     if prior is not None:
@@ -392,13 +401,22 @@ def minimise(
     short = False
     while steps < iterations and not short:
         q, dq = differentiate(target, image, region, derivative_of_c)
-        trust = coefficient(q, target.q) ** TRUST if robust else None
+        trust = _trust(target, q, robust)
         pull = None if prior is None else (prior.weights, prior.off(region))
         step = newton_step(q, dq, target.q, trust, pull)
         region = moved(region, step)
         short = np.abs(step).max() < SHORT
         steps += 1
     return region, steps
+
+
+def _trust(target: Target, q: Array, robust: bool) -> Array | None:
+    """The weights of the kernels in the sum, None where all count alike."""
+    if robust:
+        return coefficient(q, target.q) ** TRUST  # 0 for what is not learnt
+    if target.learnt is None:
+        return None
+    return np.isin(np.arange(len(q)), target.learnt).astype(float)
 
 
 def distance_at(target: Target, image: BinImage, region: Region) -> float:

@@ -221,7 +221,8 @@ class MeanShift:
         return probable & self._colorful(hsv)
 
     def _colorful(self, hsv: NDArray) -> NDArray:
-        return cv2.inRange(hsv, (0, self.s_min, self.v_min), (HUES, 255, 255))
+        least = 0, float(self.s_min), float(self.v_min)
+        return cv2.inRange(hsv, least, (HUES, 255, 255))
 
 
 @dataclass(frozen=True)

@@ -82,11 +82,23 @@ class TwoCameras:
         Of each camera.
     talking : bool
         Whether they exchange messages.
+
+    Raises
+    ------
+    ValueError
+        For a filter with other weights.
     """
 
     homographies: tuple[Array, Array]
     filter: ParticleFilter = ParticleFilter(n=100)
     talking: bool = True
+
+    def __post_init__(self):
+        if type(self.filter).weigh is not ParticleFilter.weigh:
+            raise ValueError(
+                f"filter is a {type(self.filter).__name__}, which weighs in its own "
+                "way; give a ParticleFilter, whose likelihoods can be said"
+            )
 
     def init(
         self, frames: tuple[Frame, Frame], regions: tuple[Region, Region], rng: Rng

@@ -55,7 +55,8 @@ def test_samples_are_placed_in_their_zones():
 @pytest.mark.parametrize(
     "zones, said",
     [
-        ((), "zones is empty"),
+        ((), r"zones is \(\); name at least one"),
+        (5, "zones is 5; name at least one"),
         (("doors",), "'doors' is unknown"),
         (((1.0, 2.0),), "unknown"),
         ((5,), "unknown"),

@@ -163,3 +163,17 @@ def test_does_not_take_the_background_for_the_object():
     there, here = light.target.distances(image, np.stack([beside, clip.truth[0]]))
     assert (light.gains >= BOUNDS[0]).all() and (light.gains <= BOUNDS[1]).all()
     assert here < there
+
+
+def test_kernels_that_learnt_nothing_say_nothing_of_the_light():
+    clip = replace(STANDING, length=2).sequence()
+    frame, (x, *rest) = clip.frames[0], clip.truth[0]
+    border = int(x + 16)
+    cut = np.ascontiguousarray(frame[:, border:])
+    there = np.array([x - border, *rest])
+    target = learn(BINS(cut), there, Kernels("3x3", samples=2400), partly=True)
+    assert len(target.learnt) < 7
+    light = first_light(target, BINS, cut, there)
+    for _ in range(20):
+        light = followed(light, (0.7 * frame).astype(np.uint8), clip.truth[0])
+    assert np.abs(light.gains - 0.7).max() < 0.1

@@ -11,7 +11,7 @@ from mkt.regions import THETA, displaced
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
 from mkt.trackers.gains import relit
-from mkt.trackers.guided import FULL_GRID, Guided, Optimum, _surprise
+from mkt.trackers.guided import FULL_GRID, Guided, Optimum, _full, _surprise
 from mkt.trackers.newton import minimise
 from tests.trackers.scenes import STANDING
 
@@ -168,6 +168,7 @@ def test_a_box_that_touches_the_border_starts_with_the_part_that_is_seen():
     scene = Scene(Layer("car", 80.0, path), length=20)
     *_, (_, _, after, info) = steps(Guided(n=50), scene)
     assert after.fine.learnt is not None and len(after.fine.learnt) < 9
+    assert _full(after) == 2 * len(after.fine.learnt)  # the others' d says nothing
     assert overlap(info["region"], scene.sequence().truth[-1]) > 0.6
 
 

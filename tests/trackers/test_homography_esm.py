@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mkt.evaluation import errors
 from mkt.homographies import corner_error, moved, of_regions, through
 from mkt.regions import from_box
 from mkt.scenes.cards import card
@@ -15,6 +16,8 @@ from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene, homographies
 from mkt.trackers import homography_esm
 from mkt.trackers.homography_esm import PlaneESM, esm_step
+from mkt.tracking import track
+from tests.trackers.scenes import STANDING
 
 
 def facing_and_later(seed, k=45):
@@ -258,3 +261,26 @@ def test_a_step_of_esm_takes_the_mean_of_both_slopes():
     x = 0.02 * np.array([4, -3, 4, 3, 2, -2, 1, 2])
     left = esm_step(picture, waves(moved(np.eye(3), -x, sides)))[0] - x
     assert np.abs(left).max() < 0.08 * np.abs(x).max()
+
+
+def entering(left, length=25):
+    """A view from which a camera turns away; the object comes in from the border.
+
+    That lies at `left`, in half widths of the object from its middle, at first.
+    """
+    clip = replace(STANDING, length=length).sequence()
+    border = int(clip.truth[0, 0] + 40 * left)
+    borders = [max(border - 3 * k, 60) for k in range(length)]
+    frames = [
+        np.ascontiguousarray(frame[:, x : x + 150])
+        for frame, x in zip(clip.frames, borders, strict=True)
+    ]
+    truth = clip.truth - np.outer(borders, (1, 0, 0, 0, 0))
+    return replace(clip, frames=frames, truth=truth)
+
+
+@pytest.mark.parametrize("left", [-0.6, 0.0])
+def test_what_was_outside_at_first_is_no_part_of_the_picture(left):
+    clip = entering(left)
+    found = track(PlaneESM(), clip).regions
+    assert errors(found, clip.truth).position.max() < 0.5

@@ -13,6 +13,7 @@ from mkt.scenes.rendering import Scene
 from mkt.trackers.by_name import TRACKERS
 from mkt.trackers.hybrid_resampling import ACCEPT, NOTHING_LEARNT, HybridResampling
 from mkt.tracking import track
+from tests.trackers.scenes import STANDING
 
 PFHR = TRACKERS["pfhr"]
 SEEDS = range(5)
@@ -249,3 +250,12 @@ def test_likelihoods_too_small_to_be_written_down_are_all_alike(occlusion, wall)
     assert np.allclose(info["weights"], 1 / PFHR.n)
     assert info["n_eff"] == pytest.approx(PFHR.n)
     assert np.allclose(strict.shares(0.0, 0.0), strict.shares(0.4, 0.4))
+
+
+def test_the_share_that_goes_on_is_exact():
+    tracker, clip = HybridResampling(n=200, inertial=0.58), STANDING.sequence()
+    frame, rng = clip.frames[0], np.random.default_rng
+    state = tracker.init(frame, clip.truth[0], rng(0))
+    moving = state._replace(velocity=np.array([9.0, 0.0]))
+    walk, with_it = (tracker.predict(s, frame.shape, rng(0)) for s in (state, moving))
+    assert (walk != with_it).any(1).sum() == 116

@@ -215,6 +215,22 @@ def test_one_step_lowers_the_objective_to_a_fifth():
     assert after < before / 5
 
 
+def test_kernels_that_learnt_nothing_have_no_part_in_a_step():
+    clip = scene()
+    image, target = learnt(clip)
+    some, start = np.array([0, 2, 4, 5]), displaced(clip.truth[0], 3, 0, 0.1, 1.07)
+    q = np.where(np.isin(np.arange(9), some)[:, None], target.q, 0)
+    partly = target._replace(q=q, learnt=some)
+    q, dq = differentiate(partly, image, start)
+    expected = moved(start, newton_step(q[some], dq[some], target.q[some]))
+    for robust in (False, True):
+        trust = coefficient(q, partly.q)[some] ** newton.TRUST if robust else None
+        step = newton_step(q[some], dq[some], target.q[some], trust)
+        found, _ = minimise(partly, image, start, 1, robust=robust)
+        np.testing.assert_allclose(found, moved(start, step))
+    np.testing.assert_allclose(newton_path(partly, image, start, 1)[1], expected)
+
+
 def test_empty_bins_give_no_step_and_no_nan():
     q, dq = np.zeros((9, 20)), np.zeros((9, 20, 4))
     assert np.isfinite(newton_step(q, dq, np.full((9, 20), 0.05))).all()
@@ -288,9 +304,9 @@ def test_what_must_not_change_costs_nothing():
 
 
 @pytest.mark.parametrize(
-    "weights", [np.zeros(3), 1.0, [0, 0, -1, 0], [0, np.nan, 0, 0]]
+    "weights", [np.zeros(3), 1.0, [0, 0, -1, 0], [0, np.nan, 0, 0], [0, 0, 0, 2e4]]
 )
-def test_a_prior_has_four_weights_from_0_on(weights):
+def test_a_prior_has_four_weights_that_leave_a_place_to_be_seen(weights):
     clip = scene()
     image, target = learnt(clip)
     with pytest.raises(ValueError, match="weights are .*; a prior needs four from 0"):
@@ -454,3 +470,13 @@ def test_a_bin_that_is_nearly_empty_says_nothing():
     others = np.delete(np.arange(7), 3)
     without = newton_step(q[:, others], dq[:, others], reference[:, others])
     np.testing.assert_allclose(newton_step(q, dq, reference), without)
+
+
+@pytest.mark.parametrize("heavy", [newton.HEAVIEST, np.inf])
+def test_a_heavy_prior_of_the_turn_leaves_the_place_to_be_found(heavy):
+    clip = scene()
+    image, target = learnt(clip)
+    start = displaced(clip.truth[0], 6, 3, 0.0, 1.08)
+    prior = Prior(clip.truth[0], np.array([0, 0, heavy, 0]))
+    found, _ = minimise(target, image, start, 10, prior=prior)
+    assert np.abs(found - clip.truth[0])[:2].max() < 1.5

@@ -260,7 +260,7 @@ def test_camshift_finds_middle_turn_and_half_sides():
 
 @pytest.mark.parametrize("pixels, known", [(50, True), (255, True), (40, False)])
 def test_pale_and_dark_pixels_have_no_hue(pixels, known):
-    tracker = MeanShift(s_min=45, v_min=45)
+    tracker = MeanShift(s_min=np.int64(45), v_min=45)
     for color in ((20, pixels, 200), (20, 200, pixels)):
         frame = flat(color[0], saturation=color[1], value=color[2])
         hsv = cv2.cvtColor(frame, cv2.COLOR_RGB2HSV)

@@ -15,6 +15,7 @@ from mkt.scenes.two_cameras import (
     homographies,
     seen,
 )
+from mkt.trackers.neighbours import CrossBin
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.two_cameras import (
     BYTES,
@@ -144,3 +145,8 @@ def test_two_cameras_need_two_frames_and_two_regions():
     pair, states, views = two()
     with pytest.raises(ValueError):
         pair.init(views.frames(0), (views.truth[0],), np.random.default_rng(0))
+
+
+def test_a_filter_that_weighs_in_its_own_way_is_refused():
+    with pytest.raises(ValueError, match="filter is a CrossBin, which weighs in its"):
+        TwoCameras(homographies(), CrossBin())
