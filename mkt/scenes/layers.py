@@ -123,7 +123,7 @@ def _prepared(layer: Layer) -> NDArray:
     rgb = _shuffled(_recoloured(rgba[..., :3], layer.hue), layer.shuffle)
     alpha = rgba[..., 3:].astype(np.float32) / 255
     pixels = np.dstack([rgb * alpha, alpha]).astype(np.float32)
-    return cv2.copyMakeBorder(pixels, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
+    return checks.locked(cv2.copyMakeBorder(pixels, 1, 1, 1, 1, cv2.BORDER_CONSTANT))
 
 
 def _recoloured(rgb: Frame, degrees: float) -> Frame:

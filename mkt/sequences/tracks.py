@@ -65,7 +65,7 @@ def write(track: Track, path: str | os.PathLike, first: int = 0) -> None:
     first : int
         The track's first frame in the whole sequence of MOT, counted from 0.  MOT's
         rows count frames in the whole sequence; they leave out frames in which the
-        target is said to be lost.
+        target is said to be lost, or to be nowhere.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def write(track: Track, path: str | os.PathLike, first: int = 0) -> None:
     rows = [
         mot_row(first + k, info) if as_mot else row(k, info)
         for k, info in enumerate(infos)
-        if not (as_mot and info["lost"])
+        if not as_mot or (not info["lost"] and np.isfinite(info["region"]).all())
     ]
     with whole(path) as half, half.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(

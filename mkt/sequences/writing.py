@@ -168,6 +168,10 @@ def _in_pieces(path: Path) -> Iterator[Path]:
         yield path
         return
     pieces = path.with_name(f".{path.stem}-{os.getpid()}.ismv")
-    yield pieces
+    try:
+        yield pieces
+    except BaseException:  # such as Ctrl-C
+        pieces.unlink(missing_ok=True)
+        raise
     if pieces.exists():
         pieces.replace(path)

@@ -181,7 +181,7 @@ class Servo:
             filtered = self.filter.step(filtered, measured)
         v = law.twist(e, L, self.gain, filtered[0], self.dof)
         following = ServoState(e, _pushed(v, state.twists), filtered, 0)
-        return following, Command(s, e, measured, filtered[0], v, False)
+        return following, _command(s, e, measured, filtered, v, False)
 
     def _unseen(
         self, state: ServoState, s: Array, e: Array
@@ -192,7 +192,14 @@ class Servo:
         v = np.zeros(6) if held else state.twists[0]
         filtered = np.zeros((2, 4)) if held else state.filter
         following = ServoState(None, _pushed(v, state.twists), filtered, missed)
-        return following, Command(s, e, _unknown(), filtered[0], v, held)
+        return following, _command(s, e, _unknown(), filtered, v, held)
+
+
+def _command(
+    s: Array, e: Array, measured: Array, filtered: Array, v: Array, held: bool
+) -> Command:
+    """With arrays of its own: the others are those of the state."""
+    return Command(s, e.copy(), measured, filtered[0].copy(), v.copy(), held)
 
 
 def _has_area(region: ArrayLike) -> bool:

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mkt.checks import are_finite
+from mkt.checks import are_finite, in_words
 from mkt.homographies import corners
 from mkt.regions import corners as outline
 from mkt.servoing.features import Camera
@@ -78,7 +78,8 @@ def pose_of(seen: Array, camera: Camera, sides: ArrayLike) -> Array:
     Raises
     ------
     ValueError
-        For sides that are not two positive numbers, and for what is no homography.
+        For sides that are not two positive numbers, and for what is no homography, or
+        one of which a corner lies beyond the horizon.
     """
     rectangle = outline([0, 0, 0, *_half(sides)])
     _check_homography(seen)
@@ -107,6 +108,11 @@ def _check_homography(seen: Array) -> None:
         raise ValueError(
             f"seen is {reprlib.repr(np.asarray(seen).tolist())}; give a homography, "
             "3 x 3 finite numbers that can be inverted, the last one not 0"
+        )
+    if np.abs(seen[2, :2]).sum() >= abs(seen[2, 2]):
+        raise ValueError(
+            f"the last row of seen is {in_words(seen[2])}: a corner of the object lies "
+            "at the horizon or beyond it; give a homography of what a camera sees"
         )
 
 

@@ -785,3 +785,8 @@ def test_dust_about_zero_is_zero():
     assert listing.measured(small) == "0.003 [-3, 3]"
     unknown = replace(line, value=0.3, low=-np.inf, high=np.inf)
     assert listing.measured(unknown) == "0.3 [-inf, inf]"
+
+
+def test_seeds_in_another_order_are_listed():
+    assert listing._seeds([3, 1, 2]) == "3, 1, 2"
+    assert listing._seeds([1, 2, 3]) == "1:4"

@@ -361,3 +361,13 @@ def test_runs_of_every_tracker_are_kept(name):
 @pytest.mark.parametrize("name", SCENES)
 def test_runs_on_every_scene_are_kept(name):
     assert dependencies.code_of(SCENES[name](500)) is not None
+
+
+def test_what_is_imported_from_three_packages_up_counts(tmp_path):
+    folder = tmp_path / "a" / "b" / "c"
+    folder.mkdir(parents=True)
+    for place in (folder, folder.parent, folder.parent.parent):
+        (place / "__init__.py").touch()
+    (tmp_path / "a" / "top.py").touch()
+    (folder / "mine.py").write_text("from ...top import x\n")
+    assert tmp_path / "a" / "top.py" in dependencies.reachable([folder / "mine.py"])

@@ -16,7 +16,14 @@ from mkt.course import cli
 from mkt.course.book import pages
 from mkt.experiments import leaderboard
 from mkt.experiments import sweep as sweeps
-from mkt.experiments.leaderboard import Board, draws, ranking, recorded, synthetic
+from mkt.experiments.leaderboard import (
+    Board,
+    Place,
+    draws,
+    ranking,
+    recorded,
+    synthetic,
+)
 from mkt.experiments.leaderboard_as_text import (
     HEAD,
     as_markdown,
@@ -564,3 +571,31 @@ class Called:
     """A source that is nothing but a name."""
 
     name: str = ""
+
+
+@dataclass(frozen=True)
+class DrawsLater:
+    """A tracker that needs no random number in its first step."""
+
+    def init(self, frame, region, rng):
+        return 0
+
+    def step(self, k, frame, rng):
+        if k:
+            rng.random()
+        return k + 1, {}
+
+
+def test_a_tracker_that_draws_in_its_second_step_draws():
+    assert draws(DrawsLater())
+
+
+def test_hits_of_all_frames_stand_under_their_own_head():
+    place = Place("ssd", (1, 1), 0.5, (0.4, 0.6), None, 0.9, 0.7, 0.5, 0.0, 1.0, {}, [])
+    row = dict(zip(HEAD, overall([place])[0], strict=True))
+    assert row["of all frames [%]"] == "70.0" and row["true positives [%]"] == "90.0"
+
+
+def test_a_refusal_for_two_seeds_is_one_sentence():
+    refused = {"tracker": "ssd", "source": "b", "refused": "too dark"}
+    assert len(refusals(pd.DataFrame([refused | {"seed": k} for k in range(2)]))) == 1

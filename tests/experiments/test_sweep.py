@@ -16,10 +16,11 @@ from joblib import parallel_config
 from mkt.experiments import sweep as sweeps
 from mkt.experiments.cache import SEAL
 from mkt.experiments.statistics import summaries
-from mkt.experiments.sweep import Job, jobs, sweep
+from mkt.experiments.sweep import Job, jobs, rows_of, sweep
 from mkt.files import ROOT, DataError
 from mkt.scenes.drawn import Drawn, drawn
 from mkt.sequences.video import Frames
+from mkt.trackers.by_name import TRACKERS
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
 from mkt.tracking import Sequence, Track
@@ -425,3 +426,38 @@ def test_parameters_are_columns_nan_where_a_tracker_has_none(done, kept):
     rows = sweep(both, processes=1, parameters=["n", "iterations"])
     assert rows["n"].tolist()[0] == 5 and np.isnan(rows["n"].tolist()[1])
     assert np.isnan(rows["iterations"][0]) and rows["iterations"][1] == 2
+
+
+class CutOff(list):
+    """Frames of which the third cannot be read."""
+
+    def __getitem__(self, k):
+        if k == 2:
+            raise DataError("a.png", "cut", "get it again")
+        return super().__getitem__(k)
+
+    def __iter__(self):
+        return (self[k] for k in range(len(self)))
+
+
+class Nameless:
+    """A source of which nothing says what identifies it."""
+
+    def __init__(self, name, broken):
+        self.name, self.broken, self.secret = name, broken, lambda: 0
+
+    def sequence(self):
+        clip = Drawn("base").sequence().part(slice(0, 3))
+        return (
+            dataclasses.replace(clip, frames=CutOff(clip.frames))
+            if self.broken
+            else clip
+        )
+
+
+def test_a_broken_source_takes_no_other_with_it():
+    sources = [("good", False), ("bad", True), ("fine", False)]
+    jobs = [Job("wm", TRACKERS["wm"], Nameless(*each)) for each in sources]
+    rows, broken = rows_of(jobs, 1)
+    assert list(broken) == ["bad"]
+    assert [row is None for row in rows] == [False, True, False]

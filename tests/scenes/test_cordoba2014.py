@@ -6,9 +6,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from mkt.regions import HX
+from mkt.regions import HX, HY
 from mkt.scenes import SCENES
-from mkt.scenes.cordoba2014 import KINDS, LENGTH
+from mkt.scenes.cordoba2014 import KINDS, LENGTH, TALLEST, scale
 from mkt.scenes.rendering import regions, render
 
 SEEDS = range(6)
@@ -132,3 +132,9 @@ def test_the_ground_changes_under_the_pan():
     frames = SCENES["background"](0).sequence().frames
     means = [frames[k][:40].mean((0, 1)) for k in (0, 40, 80, 120)]
     assert min(np.linalg.norm(a - b) for a, b in combinations(means, 2)) > 5
+
+
+def test_a_tall_item_is_as_high_as_the_scene_has_room_for():
+    scene = scale(0, "student")
+    region = regions(scene, scene.target, 0.0)
+    assert 2 * region[HY] == pytest.approx(TALLEST)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from mkt.scenes.layers import Layer
+from mkt.scenes.layers import Layer, looks
 from mkt.scenes.paths import standing
 from mkt.scenes.rendering import Scene, render
 
@@ -86,3 +86,9 @@ def test_a_hue_is_turned_by_as_many_degrees_as_it_says():
     (before, strong), (after, _) = hues(plain), hues(turned)
     off = (after - before)[strong] % 360
     assert np.median(off) == pytest.approx(90, abs=4)
+
+
+def test_nobody_changes_a_look_that_is_kept():
+    (look,) = looks(Layer("car", 80.0, standing(160, 120)), np.zeros(1))
+    with pytest.raises(ValueError, match="read-only"):
+        look[:] = 0

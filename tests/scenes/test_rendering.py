@@ -286,3 +286,10 @@ def test_the_noise_of_a_frame_is_not_that_of_another_seed_s_frame():
     still = Scene(Layer("car", 60.0, MIDDLE), length=2, size=(80, 60))
     frames = [render(replace(still, seed=seed), k) for seed, k in ((3, 1), (4, 0))]
     assert (frames[0] != frames[1]).mean() > 0.5
+
+
+def test_every_frame_has_a_noise_of_its_own():
+    scene = Scene(Layer("car", 80.0, standing(160, 120)), length=130, shutter=0.0)
+    frames = scene.sequence().frames
+    for k in (1, 2, 64, 128):
+        assert (frames[0] != frames[k]).any()

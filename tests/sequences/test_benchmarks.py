@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 
 from mkt.course import cli
-from mkt.sequences.benchmarks import ARCHIVES, Found, data_root, named, sequences
-from tests.sequences.written import refused
+from mkt.sequences.benchmarks import (
+    ARCHIVES,
+    Found,
+    check,
+    data_root,
+    named,
+    sequences,
+)
+from tests.sequences.written import ONE_BASED, mot_folder, numbers, refused
 
 ROWS = [f"{k} .25 .25 .5 .5" for k in range(3)]
 
@@ -237,3 +244,9 @@ def test_a_name_of_two_benchmarks_needs_the_benchmark(root):
     with pytest.raises(ValueError, match="several .* 'Thing'; say OTB/Thing or VOT/Th"):
         named("Thing")
     assert named("VOT/Thing").archive.name == "VOT"
+
+
+def test_what_is_partly_hidden_is_not_counted_as_hidden(tmp_path):
+    rows = [f"{k},7,{numbers(ONE_BASED)},1,1,0.75" for k in range(1, 5)]
+    found = Found(ARCHIVES[3], mot_folder(tmp_path, *rows))
+    assert check(found).endswith("hidden in 0")

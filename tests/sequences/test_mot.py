@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mkt.sequences.mot import mot, mot_ids, mot_main
+from mkt.sequences.mot import mot, mot_ids, mot_main, mot_part
 from mkt.sequences.video import ImageFolder
 from tests.sequences.written import ONE_BASED, REGION, mot_folder, numbers, refused
 
@@ -134,3 +134,25 @@ def test_the_frame_rate_is_the_one_that_the_sequence_says(tmp_path):
         said.write_text(text)
         with refused("seqinfo.ini", "no frame rate", "write frameRate=25"):
             mot(folder, 7)
+
+
+def test_a_part_begins_and_ends_where_a_little_of_the_target_is_seen(tmp_path):
+    seen = enumerate([0, 0.05, 1, 0.05], 1)
+    rows = [f"{k},7,{numbers(ONE_BASED)},1,1,{share}" for k, share in seen]
+    clip, first = mot_part(mot_folder(tmp_path, *rows), 7)
+    assert (len(clip), first) == (3, 1)
+
+
+def test_an_id_that_is_far_too_small_is_refused_too(tmp_path):
+    with refused("gt.txt", "no whole number", "correct", 1):
+        mot_ids(mot_folder(tmp_path, f"1,-1e17,{numbers(ONE_BASED)},1,1,1"))
+
+
+def test_ids_of_as_many_frames_are_in_the_order_of_their_numbers(tmp_path):
+    rows = [
+        f"{k},{target},{numbers(ONE_BASED)},1,1,1"
+        for target in range(1, 101)
+        for k in range(1, 2 + target % 2)
+    ]
+    odd, even = [*range(1, 101, 2)], [*range(2, 101, 2)]
+    assert mot_ids(mot_folder(tmp_path, *rows)) == odd + even

@@ -351,3 +351,22 @@ def test_a_frame_without_a_box_is_a_row_of_nan_or_of_zeros(
     write(tmp_path / "found.txt", rows)
     track, _ = tracks.read(tmp_path / "found.txt", named(name))
     assert track.lost.tolist() == [0, 0, 1, 0, 0, 0]
+
+
+def test_a_region_that_is_nowhere_is_no_row_of_mot(data, tmp_path):
+    found, path = named("walk:9"), tmp_path / "a.txt"
+    regions = found.sequence().truth.copy()
+    regions[1] = np.nan
+    said = Track(regions, np.ones(4), np.zeros(4, bool), {})
+    tracks.write(said, path, found.first)
+    track, _ = tracks.read(path, found)
+    assert track.lost.tolist() == [False, True, False, False]
+
+
+def test_of_several_ids_the_one_counts_that_begins_where_the_target_does(
+    data, tmp_path
+):
+    away = np.repeat(data[4:5], 4, 0)  # begins where the target ends
+    write(tmp_path / "found.txt", mot(1, away, 2) + mot(2, data[1:5], 2))
+    track, clip = tracks.read(tmp_path / "found.txt", named("walk:9"))
+    np.testing.assert_allclose(track.regions, clip.truth)

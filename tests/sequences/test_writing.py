@@ -3,6 +3,7 @@
 import os
 import threading
 import time
+from pathlib import Path
 from unittest.mock import Mock
 
 import cv2
@@ -11,7 +12,7 @@ import pytest
 
 from mkt.sequences.quiet import quiet
 from mkt.sequences.video import VideoFile
-from mkt.sequences.writing import CODECS, video_writer
+from mkt.sequences.writing import CODECS, Writer, video_writer
 from tests.sequences.written import HEIGHT, WIDTH, picture
 
 
@@ -147,3 +148,39 @@ def test_stderr_comes_back_after_two_threads_at_once(capfd):
         thread.join()
     os.write(2, b"heard")
     assert capfd.readouterr().err == "heard"
+
+
+def test_a_picture_that_was_lost_is_told_although_the_next_one_is_written(tmp_path):
+    opened = Mock(**{"write.side_effect": [False, True, True]})
+    film = Writer(tmp_path / "a.avi", (4, 4), opened)
+    with pytest.raises(OSError, match="frame 0"):
+        for _ in range(3):
+            film.write(np.zeros((4, 4, 3), np.uint8))
+        film.settle()
+    film.close()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there it is opened under its own name")
+def test_an_interrupt_while_a_film_is_opened_leaves_nothing(tmp_path, monkeypatch):
+    def interrupted(name, *more):
+        Path(name).touch()
+        raise KeyboardInterrupt
+
+    opened = Mock(side_effect=interrupted, fourcc=cv2.VideoWriter.fourcc)
+    monkeypatch.setattr(cv2, "VideoWriter", opened)
+    with pytest.raises(KeyboardInterrupt):
+        video_writer(tmp_path / "a.mp4", (64, 64), 25).__enter__()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_silence_leaves_nothing_open():
+    def free():
+        two = [os.open(os.devnull, os.O_RDONLY) for _ in range(2)]
+        for number in two:
+            os.close(number)
+        return two
+
+    before = free()
+    with quiet():
+        pass
+    assert free() == before

@@ -131,3 +131,17 @@ def test_the_measured_motion_is_that_of_the_chosen_angle(angle):
     expected = error(after.error, before.error, angle) / servo.dt
     np.testing.assert_allclose(after.measured, expected)
     assert not after.estimated.any()
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_who_changes_a_command_does_not_change_the_state(lost):
+    servo = Servo()
+    region = np.array([150.0, 110.0, 0.1, 40.0, 25.0])
+    state, _ = servo.step(servo.step(servo.init(), region, False)[0], region + 3, False)
+    following, command = servo.step(state, region + 5, lost)
+    before = [None if part is None else np.copy(part) for part in (*state, *following)]
+    for part in (command.error, command.estimated, command.twist):
+        part[:] = 99
+    for part, was in zip((*state, *following), before, strict=True):
+        if part is not None:
+            np.testing.assert_array_equal(part, was)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from mkt.regions import corners
 from mkt.servoing.features import (
     Camera,
     error,
@@ -162,3 +163,8 @@ def test_bad_input_is_named(problem, call):
 def test_what_is_no_camera_is_refused_with_its_field(field, value):
     with pytest.raises(ValueError, match=rf"^{field} is"):
         Camera(**{field: value})
+
+
+def test_a_rectangle_turned_by_an_eighth_has_an_axis():
+    outline = corners([0, 0, np.pi / 4, 0.2, 0.1])
+    assert moments(outline)[3] == pytest.approx(np.pi / 4)

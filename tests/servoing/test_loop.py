@@ -448,3 +448,8 @@ def test_the_first_frame_of_a_run_is_taken_at_rest():
         run.poses[0], np.zeros(6), experiment.path, 0.0, noise
     )
     np.testing.assert_array_equal(view(experiment, run, 0), first)
+
+
+def test_a_jitter_larger_than_the_target_leaves_it_an_area():
+    run = close_loop(Experiment(jitter=80.0, frames=12), until_lost=True)
+    assert len(run.regions) > 3 and (run.regions[:, 3:] > 0).all()

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from mkt.servoing import planes
 from mkt.servoing.features import Camera
+from mkt.servoing.planes import pose_of
 from mkt.servoing.robot import Workspace, move, place
 
 CAMERA, SIDES = Camera(), np.array([0.3, 0.2])
@@ -130,3 +131,10 @@ def test_tilt_is_the_angle_to_the_image():
     assert planes.tilt(pose_at([0, 0, 1.2], [0, 0, 1])) == 0
     rounded = np.diag([1, 1, np.nextafter(1, 2), 1])
     assert planes.tilt(rounded) == 0
+
+
+def test_what_reaches_beyond_the_horizon_is_refused():
+    """Its middle is in front of the camera, and a corner behind it."""
+    seen = np.array([[50.0, 0, 160], [0, 50, 120], [2, 0, 1]])
+    with pytest.raises(ValueError, match="a corner of the object lies at the horizon"):
+        pose_of(seen, Camera(), [0.2, 0.1])

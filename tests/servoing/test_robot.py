@@ -265,3 +265,15 @@ def test_a_circle_goes_round_through_the_origin_once_a_period():
     quarter = 20
     assert np.allclose([x[quarter], y[quarter]], [-0.1, 0.1])
     assert np.allclose([x[80], y[80]], 0, atol=1e-12)
+
+
+def test_sub_frames_look_back_in_time():
+    """The camera comes nearer, so it was further away while the shutter was open."""
+    workspace, place = Workspace(exposure=0.1), [0.0, 0.0, 0.0]
+    pose = workspace.facing([159.5, 119.5, 0, 60, 37.5], place)
+    path = (0.0, *place), (9.0, *place)
+    depth, way = -pose[2, 3], 0.5 * 0.1
+    zoom = depth / (depth + way)
+    jump = (1 - zoom) * 159.5  # of a pixel in the corner
+    nearer = [0.0, 0, 0.5, 0, 0, 0]
+    assert workspace._subframes(pose, nearer, path, 1.0) == np.ceil(jump)
