@@ -53,7 +53,13 @@ class LivePanel(anywidget.AnyWidget):
 
     def _asked(self, _widget: Any, message: dict[str, str], _buffers: Any) -> None:
         name = message["name"]
-        self.send({"name": name, "data": content(name)})
+        try:
+            answer = {"data": content(name)}
+        except BaseException as error:  # of an interrupt, too: the browser waits
+            words = str(error) or "the kernel was interrupted"
+            self.send({"name": name, "error": words})
+            raise
+        self.send({"name": name} | answer)
 
     @property
     def values(self) -> dict[str, Any]:

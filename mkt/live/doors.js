@@ -292,5 +292,5 @@ class Doors {
 export async function doors(panel, name) {
   const figure = new Doors(panel, name, await load(name));
   figure.controls.show();
-  if (!figure.controls.read()) await figure.follow();
+  if (!figure.controls.read()) await figure.controls.follow();
 }

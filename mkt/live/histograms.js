@@ -300,5 +300,5 @@ class Histograms {
 export async function histogramsOf(panel, name) {
   const figure = new Histograms(panel, name, await load(name));
   figure.controls.show();
-  if (!figure.controls.read()) await figure.follow();
+  if (!figure.controls.read()) await figure.controls.follow();
 }

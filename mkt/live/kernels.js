@@ -183,5 +183,5 @@ class Kernels {
 export async function kernels(panel, name) {
   const figure = new Kernels(panel, name, await load(name));
   figure.controls.show();
-  if (!figure.controls.read()) await figure.follow();
+  if (!figure.controls.read()) await figure.controls.follow();
 }

@@ -216,7 +216,7 @@ export class Controls {
 
   // Have the figure follow, and say where it cannot.
   follow(quick, asked) {
-    new Promise((done) => done(this.changed(this.values, quick, asked))).catch(
+    return new Promise((done) => done(this.changed(this.values, quick, asked))).catch(
       (error) => (this.note.textContent = `This cannot be drawn: ${error.message}.`),
     );
   }

@@ -52,9 +52,14 @@ class Success {
       this.said.textContent = "The trackers run over this scene.";
       this.stage.setAttribute("aria-busy", "true");
     }
-    const runs = await load(wanted);
+    const runs = await load(wanted).catch((error) => error);
     if (this.wanted !== wanted) return;
     this.stage.setAttribute("aria-busy", "false");
+    if (runs instanceof Error) {
+      this.wanted = null; // to be tried again
+      this.said.textContent = "";
+      throw runs;
+    }
     this.rank(runs, this.controls.values.limit);
   }
 
@@ -218,5 +223,5 @@ class Success {
 export async function successCurves(panel, name) {
   const figure = new Success(panel, name, await load(name));
   figure.controls.show();
-  if (!figure.controls.read()) await figure.follow();
+  if (!figure.controls.read()) await figure.controls.follow();
 }

@@ -151,13 +151,14 @@ class Surfaces {
     const wanted = JSON.stringify(settings);
     if (wanted === this.made) return this.draw();
     this.made = wanted;
-    const { item, bins = "hsv", extent = EXTENT } = settings;
-    const key = `${item} ${bins}`;
-    const data = this.seen === key ? this.data : await still(item, bins);
-    const pairs = await this.kind.pairs(settings, data);
+    const seen = await this.look(settings).catch((error) => error);
     if (this.made !== wanted) return;
-    Object.assign(this, { seen: key, data, pairs });
-    this.extent = extent;
+    if (seen instanceof Error) {
+      this.made = null; // to be tried again
+      throw seen;
+    }
+    const { extent = EXTENT } = settings;
+    Object.assign(this, seen, { extent });
     this.x = linspace(-extent, extent, CELLS);
     this.theta = linspace(-TURN, TURN, CELLS).map(
       (degrees) => (degrees * Math.PI) / 180,
@@ -167,6 +168,14 @@ class Surfaces {
     this.fill(COARSE);
     this.draw();
     this.refine(wanted, 0);
+  }
+
+  // The object, under its name, and what its surfaces compare.
+  async look(settings) {
+    const { item, bins = "hsv" } = settings;
+    const seen = `${item} ${bins}`;
+    const data = this.seen === seen ? this.data : await still(item, bins);
+    return { seen, data, pairs: await this.kind.pairs(settings, data) };
   }
 
   at(k, row, column) {
@@ -387,7 +396,7 @@ const begin = (kind) => async (panel, name) => {
   const data = await load(name);
   const figure = new Surfaces(panel, name, data, kind, await kind.fields(data));
   figure.controls.show();
-  if (!figure.controls.read()) await figure.follow();
+  if (!figure.controls.read()) await figure.controls.follow();
 };
 
 export const surfaces = begin(TWO_LAYOUTS);

@@ -9,11 +9,17 @@ function kernel(model) {
   const known = new Map(Object.entries(model.get("first")));
   const waiting = new Map();
   // Answers come to each browser, whichever has asked.
-  model.on("msg:custom", ({ name, data }) => waiting.get(name)?.(data));
+  model.on("msg:custom", ({ name, data, error }) => {
+    if (error) {
+      waiting.get(name)?.reject(new Error(error));
+      known.delete(name); // to be asked for again
+    } else waiting.get(name)?.resolve(data);
+  });
   return {
     async load(name) {
       if (!known.has(name)) {
-        known.set(name, new Promise((resolve) => waiting.set(name, resolve)));
+        const answer = (resolve, reject) => waiting.set(name, { resolve, reject });
+        known.set(name, new Promise(answer));
         model.send({ name });
       }
       return known.get(name);

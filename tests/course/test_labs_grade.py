@@ -280,6 +280,21 @@ def test_who_handed_in_nothing_has_a_row_until_there_is_something(toy):
     assert list(graded(toy / "flat", toy / "flat.csv")) == ["ada"]
 
 
+@pytest.mark.parametrize("change", [{"remark": "ill"}, {"student": "Bob B."}])
+def test_what_a_teacher_wrote_beside_nothing_stays_when_a_file_comes(toy, change):
+    folder, output = toy / "submitted", toy / "grades.csv"
+    hand_in(folder / "ada" / "toy.ipynb", answer(**GOOD))
+    (folder / "bob").mkdir()
+    graded(folder, output)
+    ada, bob = table.read(output)
+    table.write(output, list(ada | change), [ada, bob | change], ",")
+    hand_in(folder / "bob" / "toy.ipynb", answer(**GOOD))
+    graded(folder, output)
+    rows = [row for row in table.read(output) if row["file"].startswith("bob")]
+    assert change.items() <= rows[0].items() and rows[0]["total"] == ""
+    assert rows[1]["points"] == "3"
+
+
 def test_a_folder_that_is_a_link_is_called_that(toy):
     hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
     hand_in(toy / "elsewhere" / "toy.ipynb", answer(**GOOD))

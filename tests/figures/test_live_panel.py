@@ -2,10 +2,11 @@
 
 import json
 import re
+from unittest.mock import Mock
 
 import pytest
 
-from mkt.figures import explore, live
+from mkt.figures import explore, live, live_panel
 from mkt.figures.live_panel import LivePanel
 from mkt.figures.panel import Panel
 from mkt.figures.registry import FIGURES
@@ -100,6 +101,15 @@ def test_the_browser_gets_the_data_that_it_asks_for(panel):
     assert answer["data"] == live.content("surfaces-cat-rgb")
     with pytest.raises(ValueError, match="no data of a live figure 'surfaces-dog-rgb'"):
         panel._asked(panel, {"name": "surfaces-dog-rgb"}, [])
+    assert "no data of a live figure" in panel.sent[-1]["error"]
+
+
+def test_an_interrupt_is_answered_too(panel, monkeypatch):
+    monkeypatch.setattr(live_panel, "content", Mock(side_effect=KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        panel._asked(panel, {"name": "surfaces-cat-rgb"}, [])
+    words = "the kernel was interrupted"
+    assert panel.sent == [{"name": "surfaces-cat-rgb", "error": words}]
 
 
 def test_every_data_is_known_by_one_name():

@@ -102,6 +102,51 @@ def test_one_answer_of_the_kernel_is_for_all_cells_of_a_figure(widget):
         assert any("At a limit of 0.2: first are (1)" in each for each in words)
 
 
+def test_what_the_kernel_could_not_answer_is_said_and_asked_for_again(widget):
+    trackers = explore("own.success").first["own.success"]["trackers"]
+    runs = {"seen": [[0.9, 0.1]] * len(trackers), "frames": 2}
+    body = """
+    await rest();
+    const busy = () =>
+      [...cells[0].querySelectorAll("*")]
+        .map((node) => node.getAttribute("aria-busy"))
+        .filter((state) => state);
+    const seen = [busy()];
+    answer({ name: model.asked[0], error: "it was stopped" });
+    await rest();
+    seen.push(busy(), texts(cells[0]));
+    model.set("moved", { limit: 0.3 });
+    await rest();
+    answer({ name: model.asked[1], data: data.runs });
+    await rest();
+    return { asked: model.asked, seen, now: texts(cells[0]) };
+    """
+    found = shown(widget, "own.success", body, runs=runs)
+    assert found["asked"] == ["success-occlusion-0"] * 2
+    *busy, words = found["seen"]
+    assert busy == [["true"], ["false"]]
+    assert any("cannot be drawn: it was stopped." in each for each in words)
+    assert not any("run over this scene" in each for each in words)
+    assert any("At a limit of 0.3" in each for each in found["now"])
+
+
+def test_surfaces_of_an_object_that_did_not_come_are_asked_for_again(widget):
+    body = """
+    await rest();
+    model.set("moved", { item: "cat" });
+    await rest();
+    answer({ name: model.asked[0], error: "it was stopped" });
+    await rest();
+    const said = texts(cells[0]);
+    model.set("moved", { item: "cat", rotation: 3 });
+    await rest();
+    return { asked: model.asked, said };
+    """
+    found = shown(widget, "teuliere2009.fig3", body)
+    assert found["asked"] == ["surfaces-cat-hsv"] * 2
+    assert any("cannot be drawn: it was stopped." in each for each in found["said"])
+
+
 def test_trackers_that_tie_are_ranked_by_their_area_in_both_languages(widget):
     names = by_name.quick()
     iou = np.tile([0.9, 0.1], (len(names), 1))

@@ -203,9 +203,23 @@ def _rows_so_far(output: Path) -> list[Row]:
 
 
 def _without_late(rows: list[Row], found: Iterable[Submission]) -> list[Row]:
-    """The rows without those of nothing where there is something now."""
+    """The rows without those of nothing where there is something now.
+
+    But for what a teacher has written into such a row.
+    """
     there = dict(map(_key, found))
-    return [row for row in rows if row["note"] != NOTHING or row["file"] in there]
+    return [
+        row
+        for row in rows
+        if row["note"] != NOTHING or row["file"] in there or _has_more(row)
+    ]
+
+
+def _has_more(row: Row) -> bool:
+    """Whether there is more in a row than a file, its student and a note."""
+    ours = "student", "file", "note"
+    more = any(text for name, text in row.items() if name not in ours)
+    return more or row["student"] != row["file"]
 
 
 def _tell(rows: list[Row], found: Iterable[Submission], odd: Odd) -> None:
