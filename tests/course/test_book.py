@@ -29,6 +29,7 @@ from mkt.course.book import (
     math_svg,
     pages,
     pictures,
+    security,
 )
 from mkt.course.book.pictures import FILM
 from mkt.course.book.site import prepare, rendered, write
@@ -932,3 +933,12 @@ def test_lines_that_cells_print_fit_in_their_box_on_a_wide_screen(site):
         lines = unescape(re.sub(r"<[^>]*>", "", "\n".join(printed))).splitlines()
         long += [line for line in lines if len(line) > 98]
     assert long == []
+
+
+def test_every_script_inside_a_page_is_moved_into_a_file(tmp_path):
+    (tmp_path / "_static").mkdir()
+    page = tmp_path / "a.html"
+    page.write_text("<head></head><script>one</script><script>two</script>")
+    security.seal(tmp_path)
+    sealed = page.read_text()
+    assert "<script>" not in sealed and sealed.count("<script src=") == 2

@@ -201,6 +201,7 @@ def test_where_nothing_can_be_written_work_is_done_on_copies(
         texts = (*lab.NOTEBOOKS.glob("*.ipynb"), *lab.NOTEBOOKS.glob("*.md"))
         assert {path.name for path in own.iterdir()} == {path.name for path in texts}
         (own / lab.FIRST).write_text("work")
+    run("lab")
     assert (own / lab.FIRST).read_text() == "work"
 
 
@@ -545,3 +546,9 @@ def test_the_version_is_that_of_the_library(capsys):
         cli.parse(["--version"])
     assert ended.value.code == 0
     assert capsys.readouterr().out == f"mkt {mkt.__version__}\n"
+
+
+def test_no_starts_are_refused(capsys):
+    with pytest.raises(SystemExit):
+        run("bench", "tracking", "--starts", "0")
+    assert "give 1 or more" in capsys.readouterr().err

@@ -16,6 +16,7 @@ import pytest
 
 from mkt.course.labs import grading, table
 from mkt.course.labs.submissions import (
+    SAME_FILE,
     Submission,
     _nothing,
     coincidences,
@@ -550,3 +551,11 @@ def test_a_copied_check_gives_its_points_once_and_no_raw_warning(toy, recwarn):
     hand_in(toy / "submitted" / "ada" / "toy.ipynb", json.dumps(twice))
     assert graded(toy / "submitted", toy / "grades.csv")["ada"]["points"] == "3"
     assert [warning for warning in recwarn if "cell id" in str(warning.message)] == []
+
+
+def test_a_failure_of_ours_stays_first_in_the_note_of_a_file_that_others_have_too():
+    """So it is graded again the next time."""
+    row = {"file": "a.ipynb", "sha256": "1", "note": f"{grading.OURS}: no room"}
+    one = Submission("a", "toy", Path("a.ipynb"), sha256="1")
+    grading._tell([row], [one], {one.path: [f"{SAME_FILE} b.ipynb"]})
+    assert row["note"].startswith(grading.OURS)

@@ -512,6 +512,12 @@ def test_line_ends_of_windows_are_no_edit(title, tmp_path):
     assert marks.edited(lab, marks.read(tmp_path / "lab.ipynb")) == []
 
 
+def test_a_mark_that_an_editor_has_put_before_a_notebook_is_no_part_of_it(tmp_path):
+    text = nbformat.writes(released(TOY))
+    (tmp_path / "lab.ipynb").write_text(text, encoding="utf-8-sig")
+    assert len(marks.read(tmp_path / "lab.ipynb").cells) == len(released(TOY).cells)
+
+
 @pytest.mark.parametrize("title", labs())
 def test_given_cells_that_are_gone_are_put_back_where_they_were(title):
     lab, notebook = labs()[title], labs()[title]

@@ -23,3 +23,9 @@ def test_a_title_that_stays_is_in_each_picture():
     first, second = drawn(fig, lambda _: None, [0, 1])
     assert np.array_equal(first, second) and np.array_equal(without, again)
     assert not np.array_equal(first, without)
+
+
+def test_a_title_is_drawn_again_once_the_film_is_over():
+    fig, left, _right = stage(2.0, 5)
+    list(drawn(fig, lambda _: None, range(2)))
+    assert not left.title.get_animated()

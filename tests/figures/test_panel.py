@@ -130,6 +130,8 @@ def test_reset_shows_the_beginning_and_nothing_in_between(toy):
     panel.reset()
     assert toy == []  # the beginning was kept, and (1, "blue") not drawn
     assert panel._image.value == first
+    panel._controls["slope"].value = 5  # which is heard again
+    assert panel._image.value != first
 
 
 def test_the_next_step_the_same_way_is_drawn_while_the_reader_looks(toy, monkeypatch):

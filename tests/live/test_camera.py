@@ -113,3 +113,27 @@ def test_a_film_without_a_picture_leads_to_the_clip(page):
 
 def test_a_flat_film_has_a_picture_and_can_be_chosen_again(page):
     assert chosen(page, 1600, 2) == [[], [320, 1], "", False, True]
+
+
+LATE = """
+const { camera, host } = live;
+Object.assign(host, { heard() {}, keep() {}, asked: () => null });
+const place = document.createElement("div");
+place.replaceChildren = (...nodes) => place.append(...nodes);
+const page = camera(place, { postMessage() {} });
+let grant;
+const done = [];
+const stream = { getTracks: () => [{ stop: () => done.push("camera off") }] };
+const getUserMedia = () => new Promise((resolve) => (grant = () => resolve(stream)));
+globalThis.navigator ??= {};
+Object.defineProperty(navigator, "mediaDevices", { value: { getUserMedia } });
+page.video = { pause() {} };
+page.camera();
+page.sources++; // another source was chosen meanwhile
+grant();
+return new Promise((next) => setTimeout(() => next(done), 20));
+"""
+
+
+def test_a_camera_that_is_granted_too_late_is_switched_off(page):
+    assert page(LATE) == ["camera off"]

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from mkt.course import cli
-from mkt.own_video import webcam
+from mkt.own_video import controls, webcam
 from mkt.own_video.box_picker import BoxPicker
 from mkt.own_video.settings import (
     load,
@@ -535,3 +535,9 @@ def test_the_book_shows_a_finished_run_with_the_same_settings_as_the_panel(
     film = VideoFile(tmp_path / "x.webm")
     seconds = len(page.clip) / page.clip.fps
     assert len(film) / film.fps == pytest.approx(seconds, rel=0.02)  # as fast as life
+
+
+def test_a_film_that_is_too_large_for_the_page_is_not_shown_in_it(panel, monkeypatch):
+    monkeypatch.setattr(controls, "LARGEST", 0)
+    press(panel.track, panel)
+    assert panel.output.exists() and len(panel.report.children) == 3
