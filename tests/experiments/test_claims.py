@@ -5,6 +5,7 @@ import inspect
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -790,3 +791,82 @@ def test_dust_about_zero_is_zero():
 def test_seeds_in_another_order_are_listed():
     assert listing._seeds([3, 1, 2]) == "3, 1, 2"
     assert listing._seeds([1, 2, 3]) == "1:4"
+
+
+def test_the_peak_of_t09_i_is_measured_in_steady_motion(monkeypatch):
+    t = 0.2 * np.arange(85)
+    error = np.where(t09._turned(t), 6.0, np.where(t09._steady(t), 2.0, 50.0))
+    run = SimpleNamespace(
+        times=t,
+        errors=np.column_stack([error] * 2),
+        estimated=np.ones((85, 2)),
+    )
+    monkeypatch.setattr(t09, "loop_run", lambda tried: run)
+    monkeypatch.setattr(t09, "self_motion", lambda run, surface: np.ones(84))
+    told = t09._followed(0)
+    assert (told.peak, told.calm, told.right) == (3, 1, 1)
+
+
+def test_the_slower_of_two_takes_more_than_once_the_time(monkeypatch):
+    cost = {"slow": 6.0, "quick": 2.0}
+    monkeypatch.setattr(t09, "track", lambda tracker, clip: tracker)
+    monkeypatch.setattr(
+        t09,
+        "side_by_side",
+        lambda work, n: {k: np.full(n, cost[f()]) for k, f in work.items()},
+    )
+    assert t09._cpu_ratio("slow", "quick", 0) == 3
+
+
+def walked(monkeypatch, change):
+    """`student` of a track that is the truth, and lost as `change` says."""
+    clip = n03.kept.clip(stories.students(500))
+    away, gone = np.zeros(len(clip), bool), np.flatnonzero(clip.visibility > 0)[-1] + 1
+    behind = np.flatnonzero(clip.visibility[:150] == 0)
+    change(away, behind[-1] + 1, gone)
+    made = Track(clip.truth, None, away, {"updated": away})
+    monkeypatch.setattr(n03.kept, "run", lambda *_: made)
+    return n03.student(500)
+
+
+def test_who_loses_the_student_again_has_not_found_it(monkeypatch):
+    def lost_again(away, out, gone):
+        away[out + 5 :] = True
+
+    def held(away, out, gone):
+        away[out - 9 : out + 5] = True
+
+    assert walked(monkeypatch, lost_again)["found"] == 0
+    assert walked(monkeypatch, held)["found"] == 1
+
+
+def test_a_loss_is_late_by_the_frames_since_the_student_left(monkeypatch):
+    def late(away, out, gone):
+        away[gone + 3 :] = True
+
+    assert walked(monkeypatch, late)["late"] == 3
+
+
+def test_an_h_x_that_is_too_small_is_an_error_too(monkeypatch):
+    clip = n03.kept.clip(stories.traffic(500, "fades"))
+    small = clip.truth * [1, 1, 1, 0.7, 1]
+    made = Track(small, None, np.zeros(len(clip), bool), {})
+    monkeypatch.setattr(n03.kept, "run", lambda *_: made)
+    assert n03.traffic(500, 0.1)["scale"] == pytest.approx(0.3)
+
+
+def test_the_background_of_n03_f_is_two_half_axes_away():
+    truth, axes = np.array([160.0, 120, 0, 20, 10]), np.array([20.0, 10])
+    off = n03._apart(truth, axes, 4000, (240, 320), np.random.default_rng(0))
+    off = (off[:, :2] - truth[:2]) / axes
+    assert 2 <= np.hypot(*off.T).min() < 2.2
+
+
+def test_every_factor_of_n03_b_is_of_the_larger_one_over_the_smaller(monkeypatch):
+    def clocked(tracker=n03.PAPER, region=n03.TIMED):
+        size = tracker.n * region[3] * tracker.disc.samples * tracker.bins.m
+        return dict.fromkeys(("frame", "weighing", "histograms"), size)
+
+    monkeypatch.setattr(n03, "clocked", clocked)
+    _, *factors = CLAIMS["N03-b"].function(claims.Runs(range(2), {}))
+    assert all((part.values > 1).all() for part in factors)

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from mkt.papers.cordoba2014.printed import OVERALL, TABLE
+from mkt.papers.lessons import benchmark
 from mkt.papers.lessons.benchmark import counts
+from mkt.plotting import new_figure
 from mkt.trackers import by_name
 from tests.papers.drawing import numbers
 
@@ -78,3 +80,11 @@ def test_the_success_figure_shows_what_the_runs_give():
     assert low["area"] == pytest.approx(curves.mean(1))
     assert (np.diff(curves) <= 0).all()
     assert curves[:, 4] == pytest.approx(low["seen"])  # 4 / 20 is the limit
+
+
+def test_plain_bars_are_of_seen_frames_and_hatched_ones_of_all():
+    ax, names = new_figure((5, 4)).subplots(), ["ssd", "wm"]
+    shares = np.array([[0.9, 0.5], [0.6, 0.3], [0.7, 0.4]])
+    benchmark._draw_ranking(ax, names, *shares)
+    bars = [[bar.get_width() for bar in group] for group in ax.containers]
+    assert np.array(bars) == pytest.approx(np.array([[50, 90], [30, 60]]))

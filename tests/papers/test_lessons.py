@@ -17,8 +17,9 @@ from mkt.papers import runs
 from mkt.papers.lessons import chance
 from mkt.papers.lessons import planes as lessons_on_planes
 from mkt.papers.lessons import trackers as lessons
+from mkt.papers.lessons.servoing import column
 from mkt.particles import SCHEMES, effective_sample_size
-from mkt.plotting import DESIRED
+from mkt.plotting import DESIRED, new_figure
 from mkt.regions import displaced
 from mkt.scenes.layers import Layer
 from mkt.scenes.questions import base
@@ -313,3 +314,38 @@ def test_a_false_start_is_seen_at_the_end_of_the_slider_too():
     assert sum(bar.get_height() for bar in red) == pytest.approx(
         shown["false"], rel=0.01
     )
+
+
+def test_the_next_crowd_is_drawn_where_it_was_predicted():
+    fig, shown = FIGURES["own.beats"].draw(30)
+    (dots,) = fig.axes[3].collections
+    there = np.column_stack([shown["x [px]"], shown["y [px]"]])
+    assert np.array_equal(dots.get_offsets(), there[shown["offspring"] > 0])
+
+
+def test_the_share_in_the_legend_is_of_what_has_converged():
+    ax = new_figure((4, 3)).subplots()
+    lessons_on_planes._draw_shares(
+        ax, {"kernels": np.array([1, 1.9, 3, 5]), "pixels": np.ones(4)}
+    )
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert labels == ["kernels: 50%", "pixels: 100%"]
+
+
+def test_below_each_view_stands_its_own_column():
+    fig, shown = FIGURES["own.interaction"].draw(30)
+    said = [ax.texts[-1].get_text() for ax in fig.axes]
+    assert said == [column(values) for values in shown["L"].T]
+
+
+def test_the_expected_offspring_are_drawn():
+    fig, shown = FIGURES["own.resampling"].draw(30)
+    (line,) = fig.axes[2].lines
+    assert line.get_ydata() == pytest.approx(shown["expected offspring"])
+
+
+def test_the_band_ends_at_its_share_of_the_first_orientation():
+    fig, shown = FIGURES["own.priors"].draw(30, believed_below=0.5)
+    (band,) = fig.axes[2].patches
+    first = shown["O over turn"][shown["turn [deg]"] == 0]
+    assert band.get_height() == pytest.approx(0.5 * first)

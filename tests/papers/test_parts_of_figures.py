@@ -11,8 +11,9 @@ import pytest
 
 from mkt.experiments import shipped
 from mkt.experiments.shipped import Made
+from mkt.figures.registry import FIGURES
 from mkt.papers import runs
-from mkt.papers.cordoba2014 import film
+from mkt.papers.cordoba2014 import film, resampling
 from mkt.papers.cordoba2014 import table as table1
 from mkt.papers.cordoba2014 import tracking as cordoba
 from mkt.papers.cordoba2014.looks import LOOKS, RIVALS
@@ -268,3 +269,99 @@ def test_an_interval_of_a_share_ends_at_nothing_and_at_all(counted, two_runs):
     two_runs(lost=[0, 0], overlap=[0.1, 0.9], hits=[0.1, 0.9])
     cell = numbers("own.survival", counted=counted).table.iloc[0]
     assert (cell["low [%]"], cell["high [%]"]) == (0, 100)
+
+
+def test_the_object_of_figure_3_is_looked_for_in_another_frame():
+    *_, surfaces = histograms.cost_surfaces("3x3", 1.0, "hsv", "car", 20)
+    assert all(surface[30, 30] > 0.01 for surface in surfaces)  # the noise differs
+
+
+def test_figure_4_says_the_distance_in_the_middle_of_each_map():
+    fig, shown = FIGURES["teuliere2009.fig4"].draw(30)
+    said = [ax.get_title().split()[-1] for ax in fig.axes[2:4]]
+    assert said == [f"{shown[name][20, 20]:.2f}" for name in ("sharp", "blurred")]
+
+
+def test_a_row_of_figure_6_is_shaded_where_the_target_is_hidden():
+    axes = new_figure((6, 2)).subplots(1, 3)
+    course, runs_of_it = np.zeros((3, 80)), np.zeros((5, 3, 80))
+    teuliere._draw_tracker(axes, course, runs_of_it, "k", 5, (0, 1))
+    for ax in axes:
+        (band,) = ax.patches
+        assert (band.get_x(), band.get_width()) == (45.5, 5)
+
+
+def test_a_spread_is_the_median_the_smallest_and_the_largest():
+    assert teuliere._spread(np.array([3.0, 9.0, 1.0])) == "3.0  (1.0 to 9.0)"
+
+
+def a_drive(frames=85):
+    """A run whose tracker is 3 px and 0.1 rad off a car that stays where it should."""
+    desired = servoing.Servo().desired
+    truths = np.tile(desired, (frames, 1))
+    return SimpleNamespace(
+        times=0.2 * np.arange(frames),
+        errors=np.zeros((frames, 4)),
+        truths=truths,
+        regions=truths + [3, 0, 0.1, 0, 0],
+        lost=np.zeros(frames, bool),
+    )
+
+
+def test_figure_11_says_how_far_off_the_car_is_and_not_the_tracker(monkeypatch):
+    monkeypatch.setattr(runs, "loop_run", lambda tried: a_drive())
+    monkeypatch.setattr(servoing, "draw_view", lambda *drawn: None)
+    shown = numbers("teuliere2009.fig11")
+    assert not shown["off"].any() and not shown["turn"].any()
+
+
+def test_the_table_of_figure_10_counts_in_seconds():
+    table = servoing._error_table({"off": np.zeros((6, 2))}, servoing.experiment(fps=5))
+    assert table["time [s]"].to_numpy() == pytest.approx([0, 0.2, 0.4, 0.6, 0.8, 1])
+
+
+def test_the_line_of_figure_7_is_that_of_its_b(monkeypatch):
+    ticks = np.zeros(222)
+    info = {"positives": ticks, "particles": None, "mode": ticks}
+    clip = SimpleNamespace(visibility=ticks, truth=np.ones((222, 5)))
+    made = Track(np.ones((222, 5)), ticks, ticks > 0, info)
+    monkeypatch.setattr(losing, "student_run", lambda *_: (clip, made, ticks > 0))
+    fig, shown = FIGURES["nummiaro2003.fig7"].draw(30, b=0.5, particles=100)
+    dashed = [line for line in fig.axes[0].lines if line.get_ls() == "--"]
+    assert [line.get_ydata()[0] for line in dashed] == [shown["line"]] == [50]
+
+
+def test_the_best_of_three_times_is_told(monkeypatch):
+    monkeypatch.setattr(
+        resampling,
+        "side_by_side",
+        lambda works, repeats: {n: np.array([3.0, 1, 2]) for n in works},
+    )
+    assert resampling.timed(True, [5, 9]) == [1, 1]
+
+
+def test_the_overall_line_of_table_1_is_a_mean(monkeypatch):
+    kinds = {table1.source(kind): k for k, kind in enumerate(table1.TABLE)}
+    monkeypatch.setattr(table1, "share_seen", lambda origin: 1.0)
+    monkeypatch.setattr(
+        table1, "percent", lambda one, origin, *_: np.full(3, kinds[origin] ** 2.0)
+    )
+    fig = new_figure((10, 5))
+    overall = table1.table1(fig)["overall"]
+    last = [text.get_text() for text in fig.axes[0].texts[-len(RIVALS) :]]
+    assert last == [f"{mean:.1f}" for mean in overall] == ["9.2"] * 5
+
+
+def test_figure_10_compares_the_frames_that_both_drives_have(monkeypatch):
+    """With compensation it runs away here; without it it goes on, and worse."""
+    wrong = {"raw": np.full((10, 4), 2.0), "off": np.r_[np.ones((10, 4)), [[9.0] * 4]]}
+    monkeypatch.setattr(
+        runs,
+        "loop_run",
+        lambda tried, until_lost: SimpleNamespace(
+            errors=wrong["off" if tried.servo == off else "raw"]
+        ),
+    )
+    off = servoing.experiment(compensation="off").servo
+    shown = numbers("teuliere2009.fig10", compensation="raw")
+    assert shown["rms"] == pytest.approx((2.0, 1.0))

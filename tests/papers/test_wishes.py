@@ -6,6 +6,7 @@ import pytest
 
 from mkt.autoregression import learnt
 from mkt.experiments.shipped import WISHED, read_table, seeds_of
+from mkt.figures.registry import FIGURES
 from mkt.homographies import through
 from mkt.papers.lessons import wishes
 from mkt.scenes.drawn import HELD_BACK, TUNING
@@ -145,3 +146,30 @@ def test_scenes_are_short_and_the_same_for_a_seed(kind):
     one, two = (Varied(kind, 7).sequence() for _ in range(2))
     assert len(one) == 60 and np.array_equal(one.frames[30], two.frames[30])
     assert np.array_equal(one.truth, two.truth)
+
+
+def test_shapes_differ_in_where_they_look_alone():
+    trackers = wishes.shapes().values()
+    assert len({(one.n, one.lam, one.bins, one.motion) for one in trackers}) == 1
+
+
+def test_the_curve_of_the_camera_that_is_told_is_the_table_s():
+    fig, shown = FIGURES["own.two_cameras"].draw(30)
+    lines = {line.get_label(): line.get_ydata() for line in fig.axes[2].lines}
+    for name in ("alone", "told"):
+        assert (lines[name] == shown[f"{name} [px]"]).all()
+
+
+@pytest.mark.parametrize("name", ["own.neighbours", "own.silhouettes"])
+def test_the_table_has_the_curves_as_they_are_drawn(name):
+    fig, shown = FIGURES[name].draw(30)
+    drawn = {line.get_label(): line for ax in fig.axes for line in ax.lines}
+    for label in shown.table.columns.drop("x [px]"):
+        assert (drawn[label].get_ydata() == shown[label]).all()
+        assert shown[label].max() == 1
+
+
+def test_the_path_of_a_target_begins_where_its_sequence_does():
+    fig, _ = FIGURES["own.learnt_motion"].draw(30, k=3, ahead=4)
+    (path,) = (line for line in fig.axes[0].lines if line.get_ls() == "-")
+    assert len(path.get_xdata()) == 8

@@ -82,7 +82,7 @@ def found_again(iou: Array, clip: Clip) -> tuple[NDArray, int]:
     -------
     counts : (...) array
     occlusions : int
-        Those after which enough frames are left to tell.
+        Those after which a frame is left in which it must be found again.
     """
     seen = clip.visibility > SEEN
     counts = np.zeros(iou.shape[:-1], int)
@@ -254,8 +254,8 @@ def fig1(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
 
     On the synthetic twin "clutter", or on BoBoT's blue mug where MKT_DATA has it, as in
     the paper.  Run 0 of figure 2.  The paper's WM is misled by things that look alike,
-    its SIR gets the size wrong.  N_lim is that of Algorithm 2 as a share of the
-    particles.
+    its SIR gets the size wrong.  PFHR has our bins and kernel, SIR the paper's.  N_lim
+    is that of Algorithm 2 as a share of the particles.
     """
     return film(fig, "clutter", contenders(particles, n_lim))
 
@@ -267,8 +267,8 @@ def fig2(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     On the synthetic twin "clutter", or on BoBoT's blue mug where MKT_DATA has it. Black
     is the truth, dashed WM, thick run 0, thin are three more, which the paper does not
     show.  There WM is misled and both filters follow; on the twin, which is a hard one
-    of its kind, both filters are misled in most runs, with the defaults.  True
-    positives are frames with an overlap above 20 %, out of all frames: their mean, the
+    of its kind, both filters are misled in most runs, with the defaults.  PFHR has our
+    bins and kernel, SIR the paper's.  True positives are frames with an overlap above 20 %, out of all frames: their mean, the
     smallest and the largest.
     """
     return curves(fig, "clutter", contenders(particles, n_lim))
@@ -280,7 +280,8 @@ def fig3(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
 
     On the synthetic twin "passers", or on BoBoT's dark coat where MKT_DATA has it, as
     in the paper.  Run 0 of figure 4.  In the paper WM loses the person, SIR follows
-    with a wrong size, PFHR finds the person again after a few frames.
+    with a wrong size, PFHR finds the person again after a few frames.  Here PFHR has
+    our bins and kernel, SIR the paper's.
     """
     return film(fig, "passers", contenders(particles, n_lim))
 
@@ -293,7 +294,8 @@ def fig4(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     Positions are shares of the image, whose border is drawn where something goes beyond
     it.  Grey: the target is hidden; the paper plots a position of 0 there, here the
     truth has gaps.  In the paper SIR swings to and fro and PFHR comes back after a few
-    frames; here PFHR does come back.  Hidden frames count in the denominator, as they
+    frames; here PFHR does come back.  It has our bins and kernel, SIR the paper's; on
+    the twin SIR comes back, too, when it has ours.  Hidden frames count in the denominator, as they
     do in the paper, and nobody can score in them. Found again: a hit in most of the
     sixth to fifteenth seen frame after an occlusion, mean over the runs.
     """
@@ -307,7 +309,8 @@ def fig5(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     On the synthetic twin "pillars", or on BoBoT's person in a hall where MKT_DATA has
     it (frames reconstructed from re-encoded copies), as in the paper.  Run 0 of
     figure 6.  The camera goes along, so that what hides the target comes towards it.
-    In the paper WM and SIR lose the person.
+    In the paper WM and SIR lose the person.  Here PFHR has our bins and kernel, SIR the
+    paper's.
     """
     return film(fig, "pillars", contenders(particles, n_lim))
 
@@ -319,6 +322,6 @@ def fig6(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     On the synthetic twin "pillars", or on BoBoT's person in a hall where MKT_DATA has
     it (frames reconstructed).  Drawn as figure 4 is.  In the paper WM and SIR miss the
     person after an occlusion; here they do, too, and where SIR drifts to the right side
-    it comes back too late to count.
+    it comes back too late to count.  PFHR has our bins and kernel, SIR the paper's.
     """
     return curves(fig, "pillars", contenders(particles, n_lim))

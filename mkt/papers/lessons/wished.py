@@ -90,13 +90,14 @@ def neighbours(
     margins = LEFT | {"wspace": 0.5, "top": 0.82}
     axes = fig.subplots(1, 3, width_ratios=(1.1, 1.2, 0.9), gridspec_kw=margins)
     frame, region = _lit(cast, grain)
-    curves = _sections(frame, region, ColorBins(counts=(count,) * 3))
+    found = _sections(frame, region, ColorBins(counts=(count,) * 3))
+    curves = {name: curve / curve.max() for name, curve in found.items()}
     show_frame(axes[0], frame, f"{count} bins of each channel")
     draw_truth(axes[0], region)
     off = {}
     for name, curve in curves.items():
         color, dashes = STYLES[name]
-        axes[1].plot(REACH, curve / curve.max(), color=color, ls=dashes, label=name)
+        axes[1].plot(REACH, curve, color=color, ls=dashes, label=name)
         off[f"off_{name}"] = float(abs(REACH[curve.argmin()]))
     axes[1].set(xlabel="x [px]", ylabel="$d^2$ over its largest", ylim=(0, 1.05))
     place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.2}
@@ -170,8 +171,8 @@ def silhouettes(
     for name, kernel in kernels.items():
         learnt = learn(ColorBins()(first), region, kernel)
         d2 = learnt.distances(ColorBins()(later), displaced(there, REACH)) ** 2
-        axes[3].plot(REACH, d2 / d2.max(), color=colors[name], label=name)
-        curves[name] = d2
+        curves[name] = d2 / d2.max()
+        axes[3].plot(REACH, curves[name], color=colors[name], label=name)
     axes[3].set(xlabel="x [px]", title="$d^2$ over its largest", ylim=(0, 1.4))
     axes[3].set_yticks(np.linspace(0, 1, 6))
     narrow = {"ncols": 2, "handlelength": 1.0, "columnspacing": 0.8}
@@ -232,7 +233,7 @@ def learnt_motion(
         off = np.linalg.norm(cloud[:, :2] - truth[k + ahead, :2], axis=1)
         inside[name] = float(np.mean(off < 10))
         spread[name] = float(np.median(off))
-    axes[0].plot(*truth[k - 5 : k + ahead + 1, :2].T, "-", color=TRUTH, lw=1.5)
+    axes[0].plot(*truth[max(k - 5, 0) : k + ahead + 1, :2].T, "-", color=TRUTH, lw=1.5)
     for color, size, thick in (("white", 15, 6), (TRUTH, 12, 2.5)):
         axes[0].plot(*truth[k + ahead, :2], "x", color=color, ms=size, mew=thick)
     bars = axes[1].barh(list(spread), list(spread.values()))

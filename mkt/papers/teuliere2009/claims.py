@@ -164,7 +164,7 @@ def blur_shrinks_ssd(runs: Runs) -> list[Part]:
     region of less than half of the true area.  Read strictly, (7) and (8) have the
     derivative of C in; the line after (10) writes C as if it were fixed.  Our copy does
     not say where the kernels end, and cut ones reach beyond the object's pixels.  Three
-    readings stand side by side; that of the full derivative decides the verdict.
+    readings stand side by side, and each has a say in the verdict.
     """
     return [part for kind in BLURRED for part in _shrinking(runs, kind)]
 

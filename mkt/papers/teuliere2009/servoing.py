@@ -372,7 +372,8 @@ def fig10(
     largest = max(np.abs(reference).max(), np.abs(errors).max(), lag)
     across = max(np.abs(reference[:, 0]).max(), np.abs(errors[:, 0]).max())
     _finish_errors(axes, lag, (largest, across), fps)
-    found = rms(errors[:, 1]), rms(reference[:, 1])
+    n = min(len(errors), len(reference))  # one may have run away
+    found = rms(errors[:n, 1]), rms(reference[:n, 1])
     beside = "" if compensation == "off" else f", off {found[1]:.3f}"
     title = f"RMS of $e_{{yn}}$: {found[0]:.3f}{beside}"
     axes[0].set_title(title, loc="right")

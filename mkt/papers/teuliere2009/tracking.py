@@ -101,7 +101,7 @@ def before_and_after(regions: Regions, clip: Clip) -> tuple[Array, Array, NDArra
         Medians over the frames before, and after.
     orientation : (2, ...) array [deg]
     lost : (...) bool array
-        Where most of the last ten frames are misses.
+        Where the median overlap of the last ten frames is that of a miss.
     """
     off = errors(regions, clip.truth)
     times = np.arange(len(clip))
