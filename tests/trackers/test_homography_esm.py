@@ -284,3 +284,13 @@ def test_what_was_outside_at_first_is_no_part_of_the_picture(left):
     clip = entering(left)
     found = track(PlaneESM(), clip).regions
     assert errors(found, clip.truth).position.max() < 0.5
+
+
+def test_a_look_that_shares_too_little_with_the_picture_leads_nowhere():
+    """Three fifths of the one lie beyond the left border, of the other the right."""
+    frame = replace(STANDING, length=2).sequence().frames[0]
+    left = np.array([-8.0, 119.5, 0.0, 40.0, 30.0])
+    state = PlaneESM().init(frame, left, np.random.default_rng(0))
+    start = of_regions(left + [335, 0, 0, 0, 0])
+    found, correlation, steps = PlaneESM().refine(state, frame, start)
+    assert (found == start).all() and (correlation, steps) == (0, 0)

@@ -112,3 +112,18 @@ def test_outside_the_frame_nothing_is_said():
 def test_a_picture_without_texture_says_nothing(frame):
     region, correlation = aligned(frame, picture_of(FLAT, REGION, 1), REGION, 1)
     assert np.isfinite(region).all() and correlation == 0
+
+
+def test_what_was_outside_the_frame_is_no_part_of_a_picture():
+    border = np.array([0.0, 119.5, 0.0, 40.0, 30.0])
+    picture = picture_of(FRAME, border, 1)
+    assert np.isnan(picture[:, : picture.shape[1] // 2 - 1]).all()
+    assert np.isfinite(picture[:, picture.shape[1] // 2 + 1 :]).all()
+
+
+def test_nothing_is_said_where_a_picture_and_a_look_share_too_little():
+    """Three fifths of the one lie beyond the left border, of the other the right."""
+    left = np.array([-8.0, 119.5, 0.0, 40.0, 30.0])
+    right = np.array([327.0, 119.5, 0.0, 40.0, 30.0])
+    region, correlation = aligned(FRAME, picture_of(FRAME, left, 1), right, 1)
+    assert (region == right).all() and correlation == 0

@@ -268,8 +268,8 @@ def fig2(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     is the truth, dashed WM, thick run 0, thin are three more, which the paper does not
     show.  There WM is misled and both filters follow; on the twin, which is a hard one
     of its kind, both filters are misled in most runs, with the defaults.  PFHR has our
-    bins and kernel, SIR the paper's.  True positives are frames with an overlap above 20 %, out of all frames: their mean, the
-    smallest and the largest.
+    bins and kernel, SIR the paper's.  True positives are frames with an overlap above
+    20 %, out of all frames: their mean, the smallest and the largest.
     """
     return curves(fig, "clutter", contenders(particles, n_lim))
 
