@@ -295,9 +295,10 @@ def fig4(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     it.  Grey: the target is hidden; the paper plots a position of 0 there, here the
     truth has gaps.  In the paper SIR swings to and fro and PFHR comes back after a few
     frames; here PFHR does come back.  It has our bins and kernel, SIR the paper's; on
-    the twin SIR comes back, too, when it has ours.  Hidden frames count in the denominator, as they
-    do in the paper, and nobody can score in them. Found again: a hit in most of the
-    sixth to fifteenth seen frame after an occlusion, mean over the runs.
+    the twin SIR comes back, too, when it has ours.  Hidden frames count in the
+    denominator, as they do in the paper, and nobody can score in them. Found again: a
+    hit in most of the sixth to fifteenth seen frame after an occlusion, mean over the
+    runs.
     """
     return curves(fig, "passers", contenders(particles, n_lim))
 
