@@ -104,7 +104,8 @@ def fig4(
     followed = {name: _followed(tracker, name) for name in TARGETS}
     for k, (name, found) in enumerate(followed.items()):
         ax = fig.add_axes((0.01 + 0.5 * k, 0.41, 0.48, 0.53))
-        off, held = np.nanmedian(found.off[:, 1:]), np.mean(found.iou[:, 1:] > HIT)
+        off = np.nanmedian(found.off[:, 1:])
+        held = np.mean(found.iou[:, 1:] > HIT)
         title = f"{name}: {off:.1f} px off in the median,"
         title += f" held in {held:.0%} of the frames"
         show_frame(ax, found.clip.frames[-1], title)
