@@ -108,9 +108,18 @@ def _to_and_fro(length: int, frames: int | None) -> NDArray:
 
 
 def head(length: int) -> Regions:
-    """Where the head is in so many frames: our annotation, interpolated, (length, 5).
+    """Where the head is in so many frames: our annotation, interpolated.
 
     To know it no frame has to be decoded.
+
+    Parameters
+    ----------
+    length : int
+        Of the clip, in frames.
+
+    Returns
+    -------
+    (length, 5) array [px, rad]
     """
     _, rows = read_rows(ANNOTATION, (6,), header=True)
     rows[:, 3] = np.unwrap(np.radians(rows[:, 3]))

@@ -508,7 +508,9 @@ def test_what_weighs_nothing_is_black(opened):
     assert samples.evaluate(left) == [0, 0, 0, 255]
 
 
-@pytest.mark.parametrize("layout, span", [("one", 1.3), ("3x3", 1.2), ("tiles", 1.0)])
+@pytest.mark.parametrize(
+    "layout, span", [("one", 1.3), ("2x2", 1.4), ("3x3", 1.2), ("tiles", 1.0)]
+)
 def test_figure_2_weighs_as_python_does(opened, layout, span):
     page = opened(HISTOGRAMS, f"#fig2?layout={layout}&span={span}&kernel=4")
     panel = ready(page, "samples, worth", 1)
@@ -517,7 +519,8 @@ def test_figure_2_weighs_as_python_does(opened, layout, span):
     kernels = Kernels(layout, profile, inside).fitted(still("car").truth[0])
     k = min(4, len(kernels.weights)) - 1
     weights = np.asarray(kernels.weights)[k]
-    assert ("Its span stays 1." in panel.inner_text()) == (layout == "one")
+    stays = f"Its span stays {inside:g}." in panel.inner_text()
+    assert stays == (inside < span)
     assert number(panel, "it sees") == np.count_nonzero(weights)
     assert slide(panel, "kernel").input_value() == str(k + 1)
     assert slide(panel, "profile").is_disabled() == (layout == "tiles")

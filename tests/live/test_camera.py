@@ -6,12 +6,15 @@ from mkt.figures.live import joined
 from tests.live.conftest import DOCUMENT, fixture_of
 
 EXPORTS = "\nexport const { camera } = camera_js, { host } = host_js;"
-READER = """
+# A place for the camera's page, under an address that asks for nothing.
+PLACE = """
 const { camera, host } = live;
-const sent = [];
 Object.assign(host, { heard() {}, keep() {}, asked: () => null });
 const place = document.createElement("div");
 place.replaceChildren = (...nodes) => place.append(...nodes);
+"""
+READER = """
+const sent = [];
 const page = camera(place, { postMessage: ({ kind }) => sent.push(kind) });
 page.small = { width: 32, height: 24 };
 page.pen = { drawImage() {}, getImageData: () => ({ data: new Uint8ClampedArray(4) }) };
@@ -25,10 +28,7 @@ return [sent, page.tracking];
 
 LIKELY = """
 globalThis.ImageData ??= class {};
-const { camera, host } = live;
-Object.assign(host, { heard() {}, keep() {}, asked: () => `lambda=${data.lambda}` });
-const place = document.createElement("div");
-place.replaceChildren = (...nodes) => place.append(...nodes);
+host.asked = () => `lambda=${data.lambda}`;
 const page = camera(place, { postMessage() {} });
 page.pen = { putImageData() {} };
 Object.assign(page, { tracking: true, times: [] });
@@ -39,10 +39,6 @@ return page.numbers.textContent;
 """
 
 STOPPED = """
-const { camera, host } = live;
-Object.assign(host, { heard() {}, keep() {}, asked: () => null });
-const place = document.createElement("div");
-place.replaceChildren = (...nodes) => place.append(...nodes);
 const page = camera(place, { postMessage() {} });
 const done = [];
 page.video = {
@@ -58,10 +54,6 @@ return [done.sort(), page.small, page.box, page.tracking];
 
 # A film of a given size, chosen: the picture that is tracked, and if a finger draws.
 CHOSEN = """
-const { camera, host } = live;
-Object.assign(host, { heard() {}, keep() {}, asked: () => null });
-const place = document.createElement("div");
-place.replaceChildren = (...nodes) => place.append(...nodes);
 const page = camera(place, { postMessage() {} });
 const opened = [];
 const draws = () => page.stage.node.classList.contains("mkt-drag");
@@ -89,20 +81,20 @@ page = fixture_of(DOCUMENT + joined("camera") + EXPORTS)
     "again, sent", [(False, ["learn", "step"]), (True, ["learn"])], ids=["one", "anew"]
 )
 def test_what_was_learnt_of_an_earlier_box_is_not_tracked(page, again, sent):
-    assert page(READER, again=again) == [sent, not again]
+    assert page(PLACE + READER, again=again) == [sent, not again]
 
 
 @pytest.mark.parametrize("strength, likelihood", [(1, 0.78), (20, 0.01)])
 def test_the_likelihood_is_that_of_the_lambda_that_is_set(page, strength, likelihood):
-    assert f"likeness {likelihood:.2f}" in page(LIKELY, **{"lambda": strength})
+    assert f"likeness {likelihood:.2f}" in page(PLACE + LIKELY, **{"lambda": strength})
 
 
 def test_stop_switches_the_camera_off_and_leaves_no_picture(page):
-    assert page(STOPPED) == [["camera off", "clip paused"], None, None, False]
+    assert page(PLACE + STOPPED) == [["camera off", "clip paused"], None, None, False]
 
 
 def chosen(page, width, height):
-    body = f"return (async () => {{ {CHOSEN} }})();"
+    body = f"return (async () => {{ {PLACE} {CHOSEN} }})();"
     return page(body, width=width, height=height)
 
 
@@ -116,10 +108,6 @@ def test_a_flat_film_has_a_picture_and_can_be_chosen_again(page):
 
 
 LATE = """
-const { camera, host } = live;
-Object.assign(host, { heard() {}, keep() {}, asked: () => null });
-const place = document.createElement("div");
-place.replaceChildren = (...nodes) => place.append(...nodes);
 const page = camera(place, { postMessage() {} });
 let grant;
 const done = [];
@@ -136,4 +124,4 @@ return new Promise((next) => setTimeout(() => next(done), 20));
 
 
 def test_a_camera_that_is_granted_too_late_is_switched_off(page):
-    assert page(LATE) == ["camera off"]
+    assert page(PLACE + LATE) == ["camera off"]

@@ -171,7 +171,10 @@ def test_fig5_cost_is_linear_in_samples_and_in_pixels_and_flat_on_the_fixed_grid
 
 
 def test_fig4_the_person_is_followed_and_the_turning_van_only_in_part():
-    row = shown(sequences.fig4)
+    fig = new_figure((10, 5))
+    row = sequences.fig4(fig)
+    off = np.nanmedian(row["car position"][:, 1:])  # frame 0 was given
+    assert f"car: {off:.1f} px off" in fig.axes[1].get_title()
     assert row["person position"].shape == (sequences.PATHS, 150)
     assert (np.median(row["person position"], 1) < 8).all()
     assert (row["person overlap"] > HIT).all()
