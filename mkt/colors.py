@@ -16,7 +16,14 @@ import cv2
 import numpy as np
 
 from mkt import checks
-from mkt.checks import LONGEST, checked_frame, in_a_tuple, one_of, shares
+from mkt.checks import (
+    LONGEST,
+    checked_frame,
+    in_a_tuple,
+    of_kind,
+    one_of,
+    shares,
+)
 from mkt.types import Frame, NDArray
 
 SPACES = {"hsv": (10, 10, 10), "rgb": (8, 8, 8), "hs": (10, 10)}
@@ -385,6 +392,7 @@ class Joined:
         layers, compasses, first = [], [], 0
         for part in self.parts:
             image = part(frame)
+            of_kind(image, BinImage, f"what {part} makes", "return a BinImage")
             if image.others or image.shares is not None:
                 raise ValueError(
                     f"{part} has several bins for a pixel, which cannot be joined; "

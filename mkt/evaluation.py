@@ -178,7 +178,14 @@ def true_positives(iou: ArrayLike, limit: float = HIT, hidden: bool = False) -> 
     -------
     (...) array in [0, 1]
         NaN where there is no frame to divide by.
+
+    Raises
+    ------
+    ValueError
+        For several limits, which `success` takes.
     """
+    if np.ndim(limit):
+        raise ValueError("limit is one number; `success` takes several")
     iou = np.asarray(iou, float)
     every = np.full(iou.shape[:-1], iou.shape[-1] - 1)
     frames = every if hidden else np.isfinite(iou).sum(-1)

@@ -219,6 +219,20 @@ def test_what_has_several_bins_for_a_pixel_cannot_be_joined(part):
         Joined((part, EdgeBins()), (1.0, 1.0))(FRAME)
 
 
+class Numbers(EdgeBins):
+    """Bins of one's own that forget to say how many there are."""
+
+    def __call__(self, frame):
+        """The numbers alone."""
+        return super().__call__(frame).labels
+
+
+def test_a_part_that_makes_no_bin_image_is_named():
+    said = r"what Numbers\(.* makes is of the type ndarray; return a BinImage"
+    with pytest.raises(ValueError, match=said):
+        Joined((ColorBins(), Numbers()), (1.0, 1.0))(FRAME)
+
+
 def test_three_kinds_of_bins_lie_one_behind_the_other():
     """Each with the numbers, the votes and the turning directions of its own."""
     parts = EdgeBins(6), ColorBins("hs"), EdgeBins(9)

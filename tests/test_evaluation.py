@@ -153,6 +153,11 @@ def test_hidden_frames_count_only_where_they_are_asked_for():
     assert np.isnan(true_positives(np.full(3, np.nan)))
 
 
+def test_the_shares_of_several_limits_are_those_of_success():
+    with pytest.raises(ValueError, match="limit is one number; `success` takes"):
+        true_positives(np.ones(20), np.arange(0, 1, 0.05))
+
+
 def test_frames_before_the_start_and_behind_a_wall_are_not_judged():
     truth = from_box(np.tile([10.0, 10, 20, 20], (6, 1)))
     clip = seen(truth, hidden=(2, 3))

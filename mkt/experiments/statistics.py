@@ -29,6 +29,7 @@ import numpy as np
 import pandas as pd
 import scipy
 
+from mkt.checks import of_kind
 from mkt.types import Array, ArrayLike, NDArray
 
 SUMMARISED = (
@@ -161,8 +162,8 @@ def interval(
     Raises
     ------
     ValueError
-        For values that are no row of numbers or that the statistic does not have, and
-        for another level.
+        For values that are no row of numbers or that the statistic does not have, for
+        another level, and for what is no `Statistic`.
     """
     values = _checked(values, statistic)
     if not 0 < level < 1:
@@ -174,6 +175,7 @@ def interval(
 
 def _checked(values: ArrayLike, statistic: Statistic) -> Array:
     """The values as an array (n,); the exact tests of shares count whole runs."""
+    of_kind(statistic, Statistic, "statistic", "give MEDIAN, MEAN, SHARE or PAIRS")
     values = np.asarray(values, float)
     if values.ndim != 1:
         raise ValueError(f"values have the shape {values.shape}; give one for each run")

@@ -94,11 +94,17 @@ def to_and_fro(
     Raises
     ------
     ValueError
-        For a seed that is none.
+        For a seed that is none, and for times that do not rise.
     """
     from scipy.ndimage import gaussian_filter1d  # slow to import, for this hand alone
 
     checks.check_seed(seed)
+    rising = checks.in_a_tuple(times, None) and np.all(np.diff(times) > 0)
+    if not (rising and len(times) > 1):
+        raise ValueError(
+            f"times is {times}; give the start, the reversals and the stop, each later "
+            "than the one before"
+        )
     t = np.arange(times[0], times[-1] + 0.05, 0.1)
     middle = (t[1:] + t[:-1]) / 2
     sign = 1 - 2 * (np.searchsorted(times[1:-1], middle) % 2)

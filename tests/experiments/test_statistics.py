@@ -154,6 +154,11 @@ def test_values_that_are_no_shares_have_no_interval(statistic, values):
         interval(values, statistic)
 
 
+def test_a_statistic_is_no_word():
+    with pytest.raises(ValueError, match="statistic is of the type str; give MEDIAN"):
+        interval([1.0, 2.0], "mean")
+
+
 def test_a_difference_of_shares_is_at_most_1():
     assert interval([1], PAIRS)[2] == 1 and interval([-1], PAIRS)[1] == -1
 

@@ -61,6 +61,8 @@ def test_of_a_long_film_all_fractions_are_found():
     [
         (("97.6", 627), "percent is '97.6'; give two decimals"),
         (("976", 627), "percent is '976'; give two decimals"),
+        ((97.6, 627), "percent is 97.6; give two decimals in a text"),
+        (("97.60", 0), "n is 0; it must be a whole number, at least 1"),
         (("97.60", 627, "ceil"), "rounding is 'ceil'; it must be one of truncated"),
     ],
 )

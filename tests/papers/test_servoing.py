@@ -68,6 +68,22 @@ def test_the_estimate_is_calmer_than_a_noisy_measurement_and_lags_behind_an_exac
         assert noisy[1] < 0.75 * noisy[0] and exact[1] > 2 * exact[0]
 
 
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"features": "4 px"},
+        {"compensation": "kalman"},
+        {"motion": "zigzag"},
+        {"fps": 0},
+    ],
+    ids=lambda wrong: next(iter(wrong)),
+)
+def test_what_no_experiment_has_is_named(wrong):
+    ((name, value),) = wrong.items()
+    with pytest.raises(ValueError, match=f"{name} is {value!r}; it must be"):
+        experiment(**wrong)
+
+
 @pytest.mark.parametrize("gain, speed", [(1.0, 0.02), (1.0, 0.08), (2.0, 0.05)])
 def test_without_compensation_the_error_is_speed_over_gain(gain, speed):
     """Over eight unsteady hands, just before the car stops.

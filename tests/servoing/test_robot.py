@@ -218,6 +218,8 @@ PAST_THE_HORIZON = above(SHARP, (0, 0, 0, 1.5, 0, 0))
         ("car is 'nope'; it must be one of", lambda: Workspace(car="nope")),
         ("table is 'nope'; it must be", lambda: Workspace(table="nope")),
         ("camera is of the type int", lambda: Workspace(camera=400)),
+        ("times is .*; give the start", lambda: to_and_fro(times=())),
+        ("times is .*; give the start", lambda: to_and_fro(times=(1.0, 6.0, 6.0))),
     ],
 )
 def test_bad_input_is_named(problem, call):

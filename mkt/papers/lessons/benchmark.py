@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mkt.checks import check_known
+from mkt.checks import check_known, is_whole
 from mkt.evaluation import HIT, LIMITS, overlaps, success, true_positives
 from mkt.figures.registry import Shown, figure, grid_columns, shown
 from mkt.papers import runs
@@ -145,11 +145,16 @@ def counts(percent: str, n: int, rounding: str = "truncated") -> list[int]:
     Raises
     ------
     ValueError
-        For a percentage with other decimals, and for another rounding.
+        For a percentage with other decimals or as a number, no frame, and for another
+        rounding.
     """
     check_known("rounding", rounding, ROUNDINGS)
-    if not re.fullmatch(r"\d+\.\d\d", percent):
-        raise ValueError(f'percent is {percent!r}; give two decimals, such as "97.60"')
+    if not (isinstance(percent, str) and re.fullmatch(r"\d+\.\d\d", percent)):
+        raise ValueError(
+            f'percent is {percent!r}; give two decimals in a text, such as "97.60"'
+        )
+    if not is_whole(n, 1):
+        raise ValueError(f"n is {n!r}; it must be a whole number, at least 1")
     hundredths = int(percent.replace(".", ""))
     first = (2 * hundredths - 1) * n // 20000  # half a hundredth less, for "rounded"
     last = (hundredths + 1) * n // 10000

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+from mkt.checks import check_known, is_number
 from mkt.figures.registry import REGION, Shown, at_most, figure, shown
 from mkt.papers import runs
 from mkt.plotting import (
@@ -100,10 +101,20 @@ def experiment(
         the same stream of numbers as the path's, which does not matter: with another
         one, the RMS errors of figure 10 at 1 px change by less than 1 %, over 200 seeds
         and for each compensation.
+
+    Raises
+    ------
+    ValueError
+        Naming the parameter.
     """
-    kalman = {"off": OFF, "raw": RAW, "Kalman": Kalman(ratio, rho)}[compensation]
+    filters = {"off": OFF, "raw": RAW, "Kalman": Kalman(ratio, rho)}
+    check_known("compensation", compensation, filters)
+    check_known("features", features, FEATURES)
+    check_known("motion", motion, PATHS)
+    if not (is_number(fps, 0) and fps > 0):
+        raise ValueError(f"fps is {fps!r}; it must be positive, and finite")
     return Experiment(
-        Servo(gain=gain, filter=kalman, dt=1 / fps, dof=dof),
+        Servo(gain=gain, filter=filters[compensation], dt=1 / fps, dof=dof),
         path=PATHS[motion](seed, speed),
         frames=round(LENGTH * fps),
         tracker=TRACKERS["combined"] if features == "tracker" else None,
