@@ -62,10 +62,11 @@ the method         see above, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
                    `~mkt.experiments.leaderboard_as_text`; `~mkt.experiments.shipped`,
                    what was run for the release
 `mkt.figures`      `~mkt.figures.registry`, `~mkt.figures.panel`,
-                   `~mkt.figures.tooltips`, `~mkt.figures.static_panel`,
-                   `~mkt.figures.live`, `~mkt.figures.live_panel`,
-                   `~mkt.figures.data_uri`, `~mkt.figures.export`,
-                   `~mkt.figures.light_pdf`, `~mkt.figures.film`
+                   `~mkt.figures.captions`, `~mkt.figures.tooltips`,
+                   `~mkt.figures.static_panel`, `~mkt.figures.live`,
+                   `~mkt.figures.live_panel`, `~mkt.figures.data_uri`,
+                   `~mkt.figures.export`, `~mkt.figures.light_pdf`,
+                   `~mkt.figures.film`
 `mkt.papers`       what is drawn and claimed, a folder for each paper, and
                    `~mkt.papers.lessons`;
                    `~mkt.papers.runs` keeps the runs, `~mkt.papers.live` has what

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from mkt.course.own_tracker import enter
+from mkt.figures.captions import label
 from mkt.figures.registry import FIGURES, Entry
-from mkt.figures.static_panel import label
 
 ALL_TRACKERS = "own.success"  # draws whatever is registered
 LARGEST = 2**53  # up to here a float holds every whole number, and tables have floats

@@ -10,11 +10,10 @@ from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import cv2
 import numpy as np
-from IPython.display import HTML
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -25,6 +24,9 @@ from mkt.figures.data_uri import data_uri
 from mkt.plotting import in_style, new_figure
 from mkt.sequences.writing import video_writer
 from mkt.types import Frame
+
+if TYPE_CHECKING:
+    from IPython.display import HTML  # a figure on the disk needs no notebook
 
 WIDTH, DPI = 7.6, 80  # of a picture [inch], and dots an inch
 QUALITY = 85  # of the picture that stands there until the film is started
@@ -97,7 +99,7 @@ def _moving(fig: Figure, fixed: set[Artist]) -> list[Artist]:
     return sorted(new, key=lambda artist: artist.zorder)
 
 
-def play(frames: Iterable[Frame], fps: float, alt: str) -> HTML:
+def play(frames: Iterable[Frame], fps: float, alt: str) -> "HTML":
     """Show pictures as a film with the browser's own controls.
 
     It waits to be started, and until then shows its last picture.
@@ -116,6 +118,8 @@ def play(frames: Iterable[Frame], fps: float, alt: str) -> HTML:
     ValueError
         Where there is no picture, or one has another size than the first.
     """
+    from IPython.display import HTML
+
     film, last = webm(frames, fps)
     options = (cv2.IMWRITE_WEBP_QUALITY, QUALITY)
     poster = cv2.imencode(".webp", cv2.cvtColor(last, cv2.COLOR_RGB2BGR), options)[1]

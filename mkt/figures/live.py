@@ -12,8 +12,8 @@ sliders, and what its paper's modules register in `DATA`.
 import re
 from typing import Any
 
+from mkt.figures.captions import label
 from mkt.figures.registry import FIGURES, Entry
-from mkt.figures.static_panel import label
 from mkt.figures.tooltips import WORDS, title
 from mkt.files import PACKAGE
 from mkt.registry import Registry

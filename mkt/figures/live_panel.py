@@ -9,9 +9,10 @@ from typing import Any
 import anywidget
 import traitlets
 
+from mkt.figures.captions import caption, label
 from mkt.figures.live import bundle, content
 from mkt.figures.registry import Entry, Shown
-from mkt.figures.static_panel import STYLE, caption, label
+from mkt.figures.static_panel import STYLE
 
 THEME = Path(__file__).with_name("jupyterlab.css")
 

@@ -9,10 +9,8 @@ default values is drawn: it is shown until the page is ready.
 Explained in notebook 01.
 """
 
-import html
 import itertools
 import json
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -22,6 +20,7 @@ import jinja2
 import numpy as np
 from matplotlib.figure import Figure
 
+from mkt.figures.captions import caption, label, marked
 from mkt.figures.data_uri import data_uri
 from mkt.figures.registry import Entry, Shown
 from mkt.figures.tooltips import title
@@ -211,26 +210,6 @@ def encoded(fig: Figure, ending: str, *options: int) -> bytes:
 def width(entry: Entry) -> int:
     """The width of a figure on the screen [px]."""
     return round(WIDTH * entry.size[0])
-
-
-def caption(entry: Entry, live: bool = False) -> str:
-    """Title and caption as HTML; of the figure that computes in the page if it does."""
-    words = entry.live_caption if live else entry.caption
-    number = f"{entry.number}: " if entry.number else ""
-    return f"<b>{marked(number + entry.title)}</b> {marked(words)}"
-
-
-def marked(words: str) -> str:
-    """Words as HTML, with what stands behind a letter and "_" or "^" below or above."""
-    below = re.sub(r"\b([A-Za-z])_(\w+?)\b", r"\1<sub>\2</sub>", html.escape(words))
-    return re.sub(r"\^(\d)", r"<sup>\1</sup>", below)
-
-
-def label(value: Any) -> str:
-    """A value as a slider shows it."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 _TEMPLATES.filters["marked"] = marked

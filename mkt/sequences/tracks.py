@@ -56,7 +56,7 @@ def mot_row(k: int, info: Info) -> list[Any]:
 
 
 def write(track: Track, path: str | os.PathLike, first: int = 0) -> None:
-    """Write a track as a table (.csv), or as MOT's rows (.txt).
+    """Write a track: as MOT's rows where the name ends in .txt, else as a table.
 
     Parameters
     ----------

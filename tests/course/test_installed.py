@@ -5,9 +5,11 @@ its own.
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -92,11 +94,38 @@ def test_the_library_finds_its_tables_and_keeps_runs_with_the_user(run, tmp_path
     assert list((tmp_path / ".cache" / "mkt" / "rows").iterdir())
 
 
+WITHOUT = """
+import sys
+
+class Without:
+    def find_spec(self, name, path, target=None):
+        if name in {}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Without())
+"""
+
+
+@pytest.fixture
+def no_extras(site):
+    """Of what pip installs with an extra, nothing can be imported."""
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        extras = tomllib.load(file)["project"]["optional-dependencies"]
+    wanted = {re.split(r"[\[<>=]", one)[0] for each in extras.values() for one in each}
+    names = {*(wanted - {"mkt", "myst-nb"}), "IPython", "nbformat", "markupsafe"}
+    place = site / "sitecustomize.py"
+    place.write_text(WITHOUT.format(sorted(names)), encoding="utf-8")
+    yield
+    place.unlink()
+
+
 @pytest.mark.slow
-def test_commands_run_from_the_installed_library(run, tmp_path):
+def test_commands_run_from_the_installed_library(run, no_extras, tmp_path):
     films.write(tmp_path / "car.mkv", films.driving(3).frames)
     for words in (
+        ("figure", "--list"),
         ("figure", "teuliere2009.fig2", "-o", "x.csv"),
+        ("figure", "own.learnt_motion", "-o", "x.pdf"),
         ("track", "car.mkv", "--box", "55,48,50,24", "--tracker", "ssd"),
         ("claims", "--shipped", "T09-c"),
         ("doctor",),

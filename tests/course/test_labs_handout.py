@@ -13,7 +13,7 @@ import nbformat
 import pytest
 
 from mkt.course import cli
-from mkt.course.labs import handout, notebooks
+from mkt.course.labs import handout, notebooks, table
 from tests.course.toy_lab import hand_in
 
 
@@ -91,11 +91,11 @@ def test_a_repository_made_of_it_has_the_labs(given, tmp_path):
     assert not [name for name in names if name.startswith((".venv", ".github"))]
 
 
-def run_alone(given, *words):
+def run_alone(given, *words, command="labs"):
     """What a command says that is run in the handout, and with nothing else."""
     code = "import sys; from mkt.course.cli import *; run(parse(sys.argv[1:]))"
     done = subprocess.run(
-        [sys.executable, "-c", code, "labs", *words],
+        [sys.executable, "-c", code, command, *words],
         cwd=given,
         env=os.environ | {"PYTHONPATH": str(given)},
         capture_output=True,
@@ -200,12 +200,39 @@ def test_nothing_is_left_behind_when_the_writing_stops(tmp_path, monkeypatch, er
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("written", [notebooks.release, notebooks.for_nbgrader])
-def test_where_there_are_no_labs_nothing_is_written(written, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    "written, what",
+    [
+        (notebooks.release, "labs to release"),
+        (notebooks.for_nbgrader, "labs with their solutions"),
+    ],
+)
+def test_where_there_are_no_labs_nothing_is_written(
+    written, what, tmp_path, monkeypatch
+):
     monkeypatch.setattr(notebooks, "FOLDER", tmp_path / "none")
-    with pytest.raises(ValueError, match="no labs to release; ask your teacher"):
+    with pytest.raises(ValueError, match=f"there are no {what}; ask your teacher"):
         written(tmp_path / "new")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("more", [["--merge"], [".", "--trust-the-students"]])
+def test_without_the_solutions_nothing_is_graded_and_no_total_is_lost(
+    more, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(notebooks, "FOLDER", tmp_path / "none")
+    grades = tmp_path / "grades.csv"
+    row = dict.fromkeys(table.NEEDED, "") | {"student": "ada", "total": "3"}
+    table.write(grades, row, [row], ",")
+    before = grades.read_bytes()
+    with pytest.raises(SystemExit, match="no labs with their solutions; ask your"):
+        cli.run(cli.parse(["labs", "grade", *more, "-o", str(grades)]))
+    assert grades.read_bytes() == before
+
+
+def test_the_tests_are_said_to_be_in_a_clone_alone(given):
+    said = run_alone(given, command="test")
+    assert "has no tests, which only a clone of the repository has" in said
 
 
 def test_a_course_that_was_stopped_half_way_is_not_in_the_way(tmp_path, monkeypatch):

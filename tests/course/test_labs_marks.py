@@ -337,11 +337,36 @@ def test_a_student_who_is_renamed_in_the_table_has_one_page(grades, toy):
 
 
 def test_points_are_carried_over_from_the_last_of_several_versions():
-    old = {"file": "a", "answers": "x", "note": "", "sha256": ""}
+    old = {"student": "ada", "lab": "toy", "file": "a"}
+    old |= {"answers": "x", "note": "", "sha256": ""}
     rows = [old | {"why": "1"}, old | {"why": "2"}]
-    row = old | {"lab": "toy", "sha256": "new", "why": ""}
+    row = old | {"sha256": "new", "why": ""}
     grading._carry_over(row, rows, {"toy": TOY})
     assert row["why"] == "2"
+
+
+def test_a_file_that_is_moved_keeps_its_points_and_those_of_others_stay_theirs(
+    grades, toy
+):
+    typed(grades, "2")
+    moved = toy / "submitted" / "ada" / "toy.ipynb"
+    hand_in(toy / "submitted" / "bob" / "toy.ipynb", moved.read_text(encoding="utf-8"))
+    moved.rename(toy / "submitted" / "ada_toy.ipynb")
+    graded(toy / "submitted", grades)
+    found = {row["file"]: row for row in table.read(grades)}
+    assert found["ada_toy.ipynb"]["why"] == "2"
+    assert found["ada/toy.ipynb"]["note"].splitlines()[0] == GONE
+    assert found["bob/toy.ipynb"]["why"] == ""
+
+
+def test_of_two_files_of_a_student_each_has_the_points_of_its_own_answer(grades, toy):
+    typed(grades, "2")
+    other = answer(**GOOD | {"why": "Why?\n\nNow I know."})
+    hand_in(toy / "submitted" / "ada_toy.ipynb", other)
+    graded(toy / "submitted", grades)
+    found = {row["file"]: row for row in table.read(grades)}
+    assert (found["ada_toy.ipynb"]["why"], found["ada/toy.ipynb"]["why"]) == ("", "2")
+    assert pages.TYPED_ELSEWHERE not in found["ada_toy.ipynb"]["note"]
 
 
 def test_two_students_never_have_the_same_folder():
@@ -639,7 +664,8 @@ def test_points_of_an_older_version_are_told_once_however_many_questions_there_a
     two.cells.append(
         nbformat.from_dict(two.cells[-1] | {"metadata": meta("how", True, True, 1)})
     )
-    old = {"file": "a", "lab": "toy", "note": "", "why": "1", "how": "2"}
+    old = {"student": "ada", "lab": "toy", "file": "a", "note": ""}
+    old |= {"why": "1", "how": "2"}
     row = old | {"sha256": "new", "answers": "y", "why": "", "how": ""}
     grading._carry_over(row, [old | {"sha256": "", "answers": "x"}], {"toy": two})
     assert row["note"] == pages.TYPED_ELSEWHERE

@@ -7,10 +7,10 @@ from unittest.mock import Mock
 import pytest
 
 from mkt.figures import explore, live, live_panel
+from mkt.figures.captions import marked
 from mkt.figures.live_panel import LivePanel
 from mkt.figures.panel import Panel
 from mkt.figures.registry import FIGURES
-from mkt.figures.static_panel import marked
 from mkt.figures.tooltips import WORDS, title
 
 LIVE = [name for name, entry in FIGURES.items() if entry.live]

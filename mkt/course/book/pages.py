@@ -41,8 +41,9 @@ from mkt.experiments.claims import (
     Result,
 )
 from mkt.experiments.claims_as_text import measured
+from mkt.figures.captions import marked
 from mkt.figures.registry import FIGURES, Entry
-from mkt.figures.static_panel import FILES, SCRIPT, STYLE, marked
+from mkt.figures.static_panel import FILES, SCRIPT, STYLE
 from mkt.files import ROOT
 from mkt.scenes.drawn import drawn
 from mkt.trackers.by_name import LABELS

@@ -3,7 +3,7 @@
 import os
 
 from mkt.course.commands import Commands, command
-from mkt.files import BUILD, ROOT, alone
+from mkt.files import BUILD, ROOT, alone, is_clone
 
 
 def add(commands: Commands) -> None:
@@ -20,7 +20,15 @@ def add(commands: Commands) -> None:
         "test tests/test_regions.py -x -n 0",
         clone=True,
     )
+    parser.set_defaults(check=check)
     parser.usage = "python3 -m mkt test [-h] [PYTEST ARGUMENT ...]"
+
+
+def check(args) -> str | None:
+    """What is in the way of a test, None if nothing is: a handout has none."""
+    if is_clone() and not (ROOT / "tests").is_dir():
+        return f"{ROOT} has no tests, which only a clone of the repository has"
+    return None
 
 
 def run(args) -> int:

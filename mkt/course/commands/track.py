@@ -118,9 +118,10 @@ def _add_files(add_argument: Callable) -> None:
         type=Path,
         metavar="FILE",
         help="video to write: .webm, which browsers play, .mkv (lossless), or .avi "
-        "and .mp4, which take a tenth of the time; or a table alone, which takes "
-        "none: .csv, or .txt with MOT's rows.  VIDEO-NAME.webm by default, with a "
-        "number behind it where that is taken",
+        "and .mp4, which take a tenth of the time; all leave out the last pixel of an "
+        "odd width or height; or a table alone, which takes none: .csv, or .txt with "
+        "MOT's rows.  VIDEO-NAME.webm by default, with a number behind it where that "
+        "is taken",
     )
 
 

@@ -36,7 +36,7 @@ from mkt.course.labs.marks import (
     title_of,
 )
 from mkt.course.labs.marks import read as read_notebook
-from mkt.course.labs.notebooks import labs, of_role, points
+from mkt.course.labs.notebooks import of_role, points, solved
 from mkt.course.labs.submissions import (
     BESIDE,
     GONE,
@@ -96,8 +96,8 @@ def grade(
     Raises
     ------
     ValueError
-        Where there is nothing to grade, no box, another file in the table's place, or
-        something else than points typed into it.
+        Where there is nothing to grade, no box, no labs with their solutions, another
+        file in the table's place, or something else than points typed into it.
     InterruptedError
         At Ctrl-C; it says what is in the table.
     """
@@ -106,7 +106,7 @@ def grade(
     # Both refuse what is not there, before anything is written.
     folder = existing_folder(folder)
     _rows_so_far(output)
-    grader = _Grader(labs(), limit, boxed=not trusted)
+    grader = _Grader(solved(), limit, boxed=not trusted)
     with (
         alone(pages.lock_of(output), "grading"),
         tempfile.TemporaryDirectory(prefix="mkt-labs-") as copies,
@@ -181,11 +181,12 @@ def merge(output: Path) -> None:
     Raises
     ------
     ValueError
-        Where there is no table, or something else than points in it.
+        Where there is no table or something else than points in it, and where there are
+        no labs with their solutions.
     """
     if not output.is_file():
         raise ValueError(f"{output}: there is no such table; `labs grade` makes it")
-    sources = labs()
+    sources = solved()
     with alone(pages.lock_of(output), "grading"):
         rows = _rows_so_far(output)
         _write(output, rows, rows, sources, None, models=True)
@@ -261,15 +262,21 @@ def _is_of_files(line: str) -> bool:
 def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
     """Give a new row what was typed for this file, or an older one with its answers.
 
-    Where points were typed for other answers alone, it has a note.  Of a row that had
-    failed through us all stays that the new one has not.
+    That is also one under another name: files are moved, and given other names.  Where
+    points were typed for other answers of this file alone, it has a note.  Of a row
+    that had failed through us all stays that the new one has not.
     """
     for old in rows:
         if _version(old) == _version(row):
             kept = [key for key in old if key != "note" and not row.get(key)]
             row |= {key: old[key] for key in kept}
     questions = of_role(sources[row["lab"]], "question") if row["lab"] else ()
-    older = [old for old in rows if old["file"] == row["file"]]
+    whose = row["student"], row["lab"]
+    older = [
+        old
+        for old in rows
+        if old["file"] == row["file"] or (old["student"], old["lab"]) == whose
+    ]
     for one in questions:
         typed = [
             old
@@ -283,7 +290,7 @@ def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
         ]
         if same:
             row[one] = same[-1]
-        elif typed:
+        elif any(old["file"] == row["file"] for old in typed):
             lines = dict.fromkeys([*row["note"].splitlines(), pages.TYPED_ELSEWHERE])
             row["note"] = "\n".join(lines)
 

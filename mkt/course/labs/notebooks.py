@@ -71,10 +71,14 @@ def _read(folder: Path) -> dict[str, NotebookNode]:
     }
 
 
-def _some(known: dict[str, NotebookNode]) -> dict[str, NotebookNode]:
-    """These labs; ValueError where there are none."""
+def solved() -> dict[str, NotebookNode]:
+    """The same as `labs`; ValueError where there are none, as in a handout."""
+    return _some(labs(), "labs with their solutions")
+
+
+def _some(known: dict[str, NotebookNode], what: str) -> dict[str, NotebookNode]:
     if not known:
-        raise ValueError(f"{FOLDER}: there are no labs to release; ask your teacher")
+        raise ValueError(f"{FOLDER}: there are no {what}; ask your teacher")
     return known
 
 
@@ -184,7 +188,7 @@ def for_nbgrader(folder: Path) -> list[Path]:
     """
     if folder.exists():
         raise ValueError(f"-o {folder}: it is there already; choose another name")
-    known = _some(labs())
+    known = solved()
     configuration = CONFIGURATION.format(limit=LIMIT, stub=STUBS["code"])
     texts = {folder / "nbgrader_config.py": configuration}
     for title, lab in known.items():
@@ -239,7 +243,7 @@ def release(folder: Path) -> dict[Path, bool]:
             f"-o {folder}: that is where the labs with their solutions are; "
             "choose another folder"
         )
-    known = _some(originals())
+    known = _some(originals(), "labs to release")
     folder.mkdir(parents=True, exist_ok=True)
     places = {folder / f"{title}.ipynb": lab for title, lab in known.items()}
     return {path: _written(path, lab) for path, lab in places.items()}

@@ -13,10 +13,9 @@ import html
 from collections.abc import Callable, Sequence
 from functools import wraps
 from io import BytesIO
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
-from IPython.display import HTML
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -24,15 +23,18 @@ from mkt.figures.data_uri import data_uri
 from mkt.plotting import CONTRAST, TRUTH, in_style
 from mkt.plotting import new_figure as blank
 
+if TYPE_CHECKING:
+    from IPython.display import HTML  # only what a notebook shows needs it
+
 BLUE, ORANGE, PURPLE = CONTRAST
 ARROW: dict[str, Any] = {"arrowstyle": "-|>", "color": TRUTH, "lw": 1.2}
 BOX = {"boxstyle": "round,pad=0.5", "fc": "aliceblue", "ec": BLUE}
 MIDDLE = {"ha": "center", "va": "center"}
 PIXELS = 80  # for each inch: 10 pt are 11 px
-DRAWINGS: dict[str, Callable[[], HTML]] = {}  # the number of a chapter -> its drawing
+DRAWINGS: dict[str, "Callable[[], HTML]"] = {}  # the number of a chapter -> its drawing
 
 
-def vector(fig: Figure, alt: str) -> HTML:
+def vector(fig: Figure, alt: str) -> "HTML":
     """A Figure as a picture of lines and curves, sharp on every screen.
 
     Parameters
@@ -41,6 +43,8 @@ def vector(fig: Figure, alt: str) -> HTML:
     alt : str
         What is to be seen, in words.
     """
+    from IPython.display import HTML
+
     data = BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "mkt", "svg.fonttype": "path"}):
         fig.savefig(data, format="svg", metadata={"Date": None})
@@ -67,7 +71,7 @@ def drawing(chapter: str, width: float, height: float) -> Callable:
     width, height : float [inch]
     """
 
-    def decorate(function: Callable[[Figure], None]) -> Callable[[], HTML]:
+    def decorate(function: Callable[[Figure], None]) -> "Callable[[], HTML]":
         def figure() -> Figure:
             with in_style():
                 fig = blank((width, height))
@@ -75,7 +79,7 @@ def drawing(chapter: str, width: float, height: float) -> Callable:
                 return fig
 
         @wraps(function)
-        def picture() -> HTML:
+        def picture() -> "HTML":
             words = (function.__doc__ or "").split("\n\n")[1]
             with in_style():
                 return vector(figure(), " ".join(words.split()))
