@@ -1,5 +1,11 @@
 """Figures that compute by themselves: the scripts of `mkt/live` as one, and their data.
 
+Those in `mkt/live/method` are the method in the reader's browser: what mkt's Python
+computes, each file after one of its modules and under its names, and no page is known
+there.  Python is the reference; tests/live holds both to the same numbers.  Every
+function is pure but for the random numbers that it is handed.  All others are figures,
+and what these share.
+
 The book's page and a cell of JupyterLab run the same modules.  A browser neither
 imports modules nor starts workers from pages on a disk, so the modules are joined into
 one plain script, each a function, in the order of their imports.  The worker is a
@@ -9,6 +15,7 @@ What a figure computes from comes under a name from `content`: the positions of 
 sliders, and what its paper's modules register in `DATA`.
 """
 
+import posixpath
 import re
 from typing import Any
 
@@ -21,7 +28,7 @@ from mkt.registry import Registry
 MODULES = PACKAGE / "live"
 COMMENT = re.compile(r"^ *//.*\n|(?<=[;,]) //.*$", re.MULTILINE)  # also behind code
 INDENTATION = re.compile(r"^ +", re.MULTILINE)
-IMPORT = re.compile(r'^import (\{[^}]*\}) from "\./(\w+)\.js";', re.MULTILINE)
+IMPORT = re.compile(r'^import (\{[^}]*\}) from "(\.[./\w]+)\.js";', re.MULTILINE)
 EXPORT = re.compile(
     r"^export ((?:async )?(?:const|function|class) (\w+))", re.MULTILINE
 )
@@ -37,7 +44,7 @@ def bundle(start: str) -> str:
     """
     page, worker = needed(start), needed("worker")
     made = "".join(maker(name) for name in dict.fromkeys([*page, *worker]))
-    makers = ", ".join(f"{name}_make" for name in worker)
+    makers = ", ".join(f"{_word(name)}_make" for name in worker)
     text = (
         "const WORKER = ['\"use strict\";', "
         f"...Object.entries({{ {makers} }}).map(([name, make]) => "
@@ -54,27 +61,53 @@ def joined(start: str) -> str:
 
 def needed(name: str) -> list[str]:
     """The modules that one imports, directly or not, each before its importers."""
-    imported = [other for _, other in IMPORT.findall(_source(name))]
-    before = [module for other in imported for module in needed(other)]
+    before = [module for _, other in imports(name) for module in needed(other)]
     return list(dict.fromkeys([*before, name]))
 
 
+def imports(name: str) -> list[tuple[str, str]]:
+    """What a module takes from others: names in braces, and the other's name."""
+    found = IMPORT.findall(source(name))
+    return [(words, _beside(name, path)) for words, path in found]
+
+
+def _beside(name: str, path: str) -> str:
+    """The module at a path that is seen from another one."""
+    return posixpath.normpath(posixpath.join(posixpath.dirname(name), path))
+
+
 def maker(name: str) -> str:
-    """A module as the function NAME_make, which returns what the module exports."""
-    text = _source(name)
+    """A module as the function NAME_make, which returns what the module exports.
+
+    In NAME an underscore takes the place of a slash.
+    """
+    text = source(name)
     exported = ", ".join(found for _, found in EXPORT.findall(text))
     # A third of what a reader would load, and a tenth of the rest.
     text = INDENTATION.sub("", COMMENT.sub("", text))
-    text = EXPORT.sub(r"\1", IMPORT.sub(r"const \1 = \2_js;", text))
-    return f"const {name}_make = () => {{\n{text}\nreturn {{ {exported} }};\n}};\n"
+    text = EXPORT.sub(r"\1", IMPORT.sub(lambda found: _taken(name, found), text))
+    made = f"return {{ {exported} }};"
+    return f"const {_word(name)}_make = () => {{\n{text}\n{made}\n}};\n"
+
+
+def _taken(name: str, found: re.Match[str]) -> str:
+    """What stands in the place of an import."""
+    words, path = found.groups()
+    return f"const {words} = {_word(_beside(name, path))}_js;"
+
+
+def _word(name: str) -> str:
+    return name.replace("/", "_")
 
 
 def calls(modules: list[str]) -> str:
     """The modules' exports, each as NAME_js."""
-    return "".join(f"const {name}_js = {name}_make();\n" for name in modules)
+    words = map(_word, modules)
+    return "".join(f"const {word}_js = {word}_make();\n" for word in words)
 
 
-def _source(name: str) -> str:
+def source(name: str) -> str:
+    """The text of a module, such as "page" or "method/regions"."""
     return (MODULES / f"{name}.js").read_text(encoding="utf-8")
 
 

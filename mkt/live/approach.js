@@ -2,6 +2,7 @@
 // and delay; the start is dragged, too.
 
 import { load } from "./host.js";
+import { approached } from "./method/servoing.js";
 import {
   axes,
   bitmap,
@@ -15,7 +16,6 @@ import {
   within,
   write,
 } from "./page.js";
-import { approached } from "./servoing.js";
 import { drawTable } from "./table.js";
 
 const SECONDS = 6;

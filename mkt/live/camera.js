@@ -1,7 +1,9 @@
 // Track something now: a camera, a video file or the book's clip, followed on the page.
 
-import { COMBINED, corners, MOTION, restless, SCHEMES } from "./engine.js";
 import { load } from "./host.js";
+import { COMBINED } from "./method/combined.js";
+import { MOTION, restless, SCHEMES } from "./method/particles.js";
+import { corners } from "./method/regions.js";
 import { axes, button, Canvas, Controls, el, outline } from "./page.js";
 
 const LARGEST = 320; // [px] a side of the picture that is tracked

@@ -1,8 +1,8 @@
 // cordoba2014.complexity, live: two readings of the search through the cumulative
 // weights, draw by draw, and their cost for more particles.
 
-import { random } from "./engine.js";
 import { load } from "./host.js";
+import { random } from "./method/random.js";
 import { axes, Canvas, Controls, dot, el, takeOver } from "./page.js";
 import { Player } from "./player.js";
 import { ancestors, drawn, geometric, slope, spans } from "./searching.js";

@@ -1,10 +1,12 @@
 // Figure 3 of [N03], live: samples wait for a student behind a tree, at doors that are
 // dragged, and those that look enough like the model appear.
 
-import { coefficient, disc, place, summary } from "./appearance.js";
 import { most } from "./binomial.js";
-import { colorBins, corners, random } from "./engine.js";
 import { load } from "./host.js";
+import { coefficient, disc, place, summary } from "./method/appearance.js";
+import { colorBins } from "./method/colors.js";
+import { random } from "./method/random.js";
+import { corners } from "./method/regions.js";
 import {
   axes,
   bitmap,

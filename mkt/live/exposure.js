@@ -2,7 +2,9 @@
 // before it, and the shutter open for a share of the frame, as mkt.scenes.rendering has
 // them.
 
-import { corners, linspace, MOST_SUBFRAMES, screen } from "./engine.js";
+import { linspace } from "./method/numbers.js";
+import { corners } from "./method/regions.js";
+import { MOST_SUBFRAMES, screen } from "./method/scenes.js";
 import { el } from "./page.js";
 
 export class Exposure {

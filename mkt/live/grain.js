@@ -1,6 +1,6 @@
 // The sensor's noise, the same in page and worker.
 
-import { random } from "./engine.js";
+import { random } from "./method/random.js";
 
 const NOISE = 3; // of the sensor [grey levels], as in mkt.scenes.rendering
 const TABLE = 65536;

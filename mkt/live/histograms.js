@@ -1,18 +1,10 @@
 // Figure 1 of [T09], live: the kernel dragged over the picture, and who counts where.
 
-import {
-  corners,
-  displaced,
-  distanceAt,
-  fitted,
-  histograms,
-  layout,
-  learn,
-  look,
-  warp,
-} from "./engine.js";
-import { SHOWN, still } from "./objects.js";
 import { load } from "./host.js";
+import { distanceAt, histograms, learn, look } from "./method/histograms.js";
+import { fitted, layout } from "./method/kernels.js";
+import { corners, displaced, warp } from "./method/regions.js";
+import { SHOWN, still } from "./objects.js";
 import { axes, Canvas, Controls, el, number, outline, takeOver } from "./page.js";
 
 const NEAR = 12; // [px] from a bar, to have meant it

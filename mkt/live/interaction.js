@@ -2,6 +2,7 @@
 // wherever the car is dragged.
 
 import { load } from "./host.js";
+import { motions } from "./method/servoing.js";
 import {
   bitmap,
   Canvas,
@@ -12,7 +13,6 @@ import {
   within,
   write,
 } from "./page.js";
-import { motions } from "./servoing.js";
 import { drawTable } from "./table.js";
 
 const [CURRENT, INK] = ["#00a751", "#000"];

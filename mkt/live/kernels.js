@@ -1,8 +1,8 @@
 // Figure 2 of [T09], live: where kernels lie, and what each of them weighs.
 
-import { fitted, layout, pixelGrid } from "./engine.js";
-import { still } from "./objects.js";
 import { load } from "./host.js";
+import { fitted, layout, pixelGrid } from "./method/kernels.js";
+import { still } from "./objects.js";
 import { Canvas, Controls, el, number, takeOver } from "./page.js";
 
 const SAMPLES = 1200;

@@ -1,7 +1,8 @@
 // own.root_locus, live: the poles of the loop, dragged along their way, and its answer.
 
-import { linspace, oneFeature, poles } from "./engine.js";
 import { load } from "./host.js";
+import { linspace } from "./method/numbers.js";
+import { oneFeature, poles } from "./method/poles.js";
 import { axes, Canvas, Controls, dot, el, number, takeOver, within } from "./page.js";
 
 const RATIOS = { off: 0, raw: Infinity, Kalman: 1 }; // Q / R of the filters

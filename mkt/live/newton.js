@@ -1,21 +1,17 @@
 // own.newton, live: Gauss-Newton on kernels, from any start, step by step.
 
+import { load } from "./host.js";
+import { errors, overlap } from "./method/evaluation.js";
+import { distanceAt, learn } from "./method/histograms.js";
 import {
-  corners,
   differentiate,
-  displaced,
-  distanceAt,
-  errors,
-  learn,
   moved,
   newtonPath,
   newtonStep,
-  overlap,
   SHORT,
-  warp,
-} from "./engine.js";
+} from "./method/newton.js";
+import { corners, displaced, warp } from "./method/regions.js";
 import { still } from "./objects.js";
-import { load } from "./host.js";
 import {
   axes,
   button,

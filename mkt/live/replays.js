@@ -1,19 +1,12 @@
 // Whole runs over the same painted frames, in the worker: figure 6 of [T09].
 
-import {
-  COMBINED,
-  colorBins,
-  FILTER,
-  filterInit,
-  filterStep,
-  random,
-  refinedTrack,
-  SSD,
-  ssdInit,
-  ssdStep,
-  track,
-} from "./engine.js";
 import { grained } from "./grain.js";
+import { colorBins } from "./method/colors.js";
+import { COMBINED, refinedTrack } from "./method/combined.js";
+import { FILTER, filterInit, filterStep } from "./method/particle_filter.js";
+import { random } from "./method/random.js";
+import { SSD, ssdInit, ssdStep } from "./method/ssd.js";
+import { track } from "./method/tracking.js";
 
 const bins = colorBins();
 const ONE = { ...FILTER, kernels: { layout: "one" } };

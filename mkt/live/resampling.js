@@ -1,15 +1,10 @@
 // own.resampling, live: darts on the bar of weights, under four schemes.
 
 import { thrown } from "./darts.js";
-import {
-  effectiveSampleSize,
-  logLikelihood,
-  normalised,
-  random,
-  replay,
-  SCHEMES,
-} from "./engine.js";
 import { load } from "./host.js";
+import { logLikelihood } from "./method/histograms.js";
+import { effectiveSampleSize, normalised, SCHEMES } from "./method/particles.js";
+import { random, replay } from "./method/random.js";
 import { axes, Canvas, Controls, dot, el, takeOver } from "./page.js";
 
 const REPEATS = 400; // draws of which the scatter is taken

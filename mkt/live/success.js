@@ -1,7 +1,8 @@
 // own.success, live: success curves, and the ranking at a limit that moves freely.
 
-import { linspace, success } from "./engine.js";
 import { load } from "./host.js";
+import { success } from "./method/evaluation.js";
+import { linspace } from "./method/numbers.js";
 import {
   axes,
   Canvas,

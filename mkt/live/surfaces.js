@@ -1,19 +1,14 @@
 // Figures 3 and 4 of [T09], live: the distance over rotation and place, two surfaces
 // side by side: of two layouts of kernels, or of a sharp frame and a blurred one.
 
-import {
-  blurred,
-  colorBins,
-  corners,
-  displaced,
-  distanceAt,
-  learn,
-  linspace,
-  warp,
-} from "./engine.js";
 import { grained } from "./grain.js";
-import { SHOWN, still } from "./objects.js";
 import { load } from "./host.js";
+import { colorBins } from "./method/colors.js";
+import { distanceAt, learn } from "./method/histograms.js";
+import { linspace } from "./method/numbers.js";
+import { corners, displaced, warp } from "./method/regions.js";
+import { blurred } from "./method/scenes.js";
+import { SHOWN, still } from "./objects.js";
 import {
   axes,
   Canvas,

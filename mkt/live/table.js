@@ -1,6 +1,6 @@
 // The table that the robot's camera looks down on.
 
-import { homography, through } from "./servoing.js";
+import { homography, through } from "./method/servoing.js";
 
 // A picture of it as a camera sees it that is not tilted: only moved and turned.
 export function drawTable(pen, scene, picture, pose, onto) {

@@ -1,9 +1,11 @@
 // Figure 6 of [T09], live: five trackers run behind the wall, five runs each, in the
 // worker, with any number of particles and any threshold.
 
-import { beside, corners, errors, overlap } from "./engine.js";
 import { Exposure } from "./exposure.js";
 import { load, worker } from "./host.js";
+import { errors, overlap } from "./method/evaluation.js";
+import { corners } from "./method/regions.js";
+import { beside } from "./method/scenes.js";
 import {
   axes,
   bitmap,

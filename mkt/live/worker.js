@@ -1,7 +1,10 @@
 // The trackers beside the page, so that it never waits: one answer to each message.
 
 import { resized } from "./crowd.js";
-import { colorBins, combinedInit, combinedStep, learn, random } from "./engine.js";
+import { colorBins } from "./method/colors.js";
+import { combinedInit, combinedStep } from "./method/combined.js";
+import { learn } from "./method/histograms.js";
+import { random } from "./method/random.js";
 import { remember, replayed } from "./replays.js";
 
 const bins = colorBins();

@@ -10,10 +10,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mkt.files import PACKAGE
+from mkt.figures.live import EXPORT, MODULES, calls, maker, needed, source
 from tests.browser.conftest import browser, driver  # noqa: F401, fixtures
 
-ENGINE = PACKAGE / "live" / "engine.js"
+METHOD = sorted(f"method/{path.stem}" for path in (MODULES / "method").glob("*.js"))
+
+
+def _exported(name):
+    """The line that hands on what a bundled module exports."""
+    words = ", ".join(found for _, found in EXPORT.findall(source(name)))
+    return f"export const {{ {words} }} = {name.replace('/', '_')}_js;\n"
+
+
+def _engine():
+    """All modules of the method as one."""
+    ordered = list(dict.fromkeys(module for name in METHOD for module in needed(name)))
+    made = "".join(map(maker, ordered)) + calls(ordered)
+    return made + "".join(map(_exported, METHOD))
+
+
+ENGINE = _engine()
 # Where node takes the place of a browser's page.
 DOCUMENT = Path(__file__).with_name("document.js").read_text("utf-8")
 # A text as a module, and what a function body makes of it and of some data, as JSON.
@@ -45,7 +61,7 @@ class Engine:
 
     def __init__(self, load, call):
         self._call = call
-        load(ENGINE.read_text("utf-8"))
+        load(ENGINE)
         self.load = load
 
     def __call__(self, body, **data):
@@ -130,7 +146,7 @@ def fixture_of(text):
     def loaded(engine):
         engine.load(text)
         yield engine
-        engine.load(ENGINE.read_text("utf-8"))
+        engine.load(ENGINE)
 
     return loaded
 

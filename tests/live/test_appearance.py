@@ -5,16 +5,13 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from mkt.figures.live import joined
 from mkt.trackers.adaptive import Adaptive
 from mkt.trackers.appearance import background, place, threshold
-from tests.live.conftest import Recorded, assert_found, fixture_of, picture
+from tests.live.conftest import ENGINE, Recorded, assert_found, fixture_of, picture
 from tests.strategies import frames
 
-MODULE = joined("appearance")
-ALL = "\nexport const all = { ...engine_js, ...appearance_js };"
 RUN = """
-const { coefficient, colorBins, disc, place, replay, summary } = live.all;
+const { coefficient, colorBins, disc, place, replay, summary } = live;
 const { zones, size, halfAxes, n, drawn, model, samples, around } = data;
 const regions = place(zones, size, halfAxes, n, replay(drawn));
 const image = colorBins({ space: "rgb" })(picture(data.frame));
@@ -42,7 +39,7 @@ class Drawn(Recorded):
         return np.asarray(mean) + np.asarray(spread) * self.standard_normal(shape)
 
 
-appearance = fixture_of(MODULE + ALL)
+appearance = fixture_of(ENGINE)
 
 
 def agrees(engine, frame, zones, axes, n):
@@ -90,7 +87,7 @@ def test_samples_wait_and_appear_as_in_python(appearance):
 
 
 def test_a_coefficient_of_one_is_counted(appearance):
-    counts = appearance("return live.all.summary([0, 1, 1]).counts;")
+    counts = appearance("return live.summary([0, 1, 1]).counts;")
     assert counts == np.histogram([0, 1, 1], 50, (0, 1))[0].tolist()
 
 
@@ -101,7 +98,7 @@ def test_as_many_wait_for_each_pixel_of_border(appearance):
     rng.standard_normal(n)
     found = appearance(
         "const { zones, size, halfAxes, n, drawn } = data;"
-        "return live.all.place(zones, size, halfAxes, n, live.all.replay(drawn));",
+        "return live.place(zones, size, halfAxes, n, live.replay(drawn));",
         zones=["borders"],
         size=size,
         halfAxes=axes.tolist(),
@@ -134,4 +131,4 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_is_found(appearance, fault):
-    assert_found(appearance, MODULE + ALL, *FAULTS[fault], everywhere)
+    assert_found(appearance, ENGINE, *FAULTS[fault], everywhere)

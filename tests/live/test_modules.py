@@ -2,9 +2,10 @@
 
 import re
 
-from mkt.figures.live import COMMENT, EXPORT, IMPORT, MODULES
+from mkt.figures.live import COMMENT, EXPORT, IMPORT, MODULES, imports, source
 
-TEXTS = {path.stem: path.read_text("utf-8") for path in MODULES.glob("*.js")}
+PATHS = (path.relative_to(MODULES) for path in MODULES.rglob("*.js"))
+TEXTS = {name: source(name) for name in (it.with_suffix("").as_posix() for it in PATHS)}
 TAKEN_BY_ANYWIDGET = {("widget", "initialize"), ("widget", "render")}
 CONSTANT = re.compile(
     r"^(?:export )?const ((?:[A-Z_]+ =|\w+ = .*=>).*?;)", re.MULTILINE
@@ -19,8 +20,8 @@ def test_what_a_module_exports_is_taken_by_another():
     }
     taken = {
         (module, name)
-        for text in TEXTS.values()
-        for names, module in IMPORT.findall(text)
+        for taker in TEXTS
+        for names, module in imports(taker)
         for name in re.findall(r"\w+", names)
     }
     assert exported == taken | TAKEN_BY_ANYWIDGET
@@ -37,3 +38,11 @@ def test_what_a_module_takes_it_needs():
 def test_no_constant_stands_in_two_modules():
     found = [line for text in TEXTS.values() for line in set(CONSTANT.findall(text))]
     assert sorted(found) == sorted(set(found))
+
+
+def test_the_method_knows_no_page():
+    method = [name for name in TEXTS if name.startswith("method/")]
+    assert method
+    for name in method:
+        assert {module for _, module in imports(name)} <= {*method}
+        assert not re.search(r"\b(document|window)\b", COMMENT.sub("", TEXTS[name]))

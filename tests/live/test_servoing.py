@@ -5,7 +5,6 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from mkt.figures.live import joined
 from mkt.figures.registry import FIGURES
 from mkt.papers.lessons import servoing
 from mkt.servoing.controller import Servo
@@ -13,10 +12,8 @@ from mkt.servoing.features import error, features
 from mkt.servoing.loop import Experiment, close_loop
 from mkt.servoing.robot import OutOfSight, Workspace
 from mkt.servoing.self_motion import OFF
-from tests.live.conftest import assert_found, fixture_of
+from tests.live.conftest import ENGINE, assert_found, fixture_of
 
-EXPORTED = "\nexport const { approached, homography, motions, through } = servoing_js;"
-MODULE = joined("servoing") + EXPORTED
 FRAMES = 31
 RUN = """
 const { scene, law, start, frames } = data;
@@ -47,7 +44,7 @@ places = st.fixed_dictionaries(
 )
 
 
-loop = fixture_of(MODULE)
+loop = fixture_of(ENGINE)
 
 
 def scene_of(work):
@@ -138,7 +135,7 @@ def test_a_planted_fault_of_the_motions_is_found(loop, right):
     wrong = {"-": "1.5 * a * y", "a": "axis === k ? -far : 0", "s": "step / 9"}[
         right[0]
     ]
-    assert_found(loop, MODULE, right, wrong, all_over_the_image)
+    assert_found(loop, ENGINE, right, wrong, all_over_the_image)
 
 
 FAULTS = {
@@ -157,4 +154,4 @@ INSTEAD = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_planted_fault_is_found(loop, fault):
-    assert_found(loop, MODULE, FAULTS[fault], INSTEAD[fault], everywhere)
+    assert_found(loop, ENGINE, FAULTS[fault], INSTEAD[fault], everywhere)

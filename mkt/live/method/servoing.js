@@ -1,7 +1,7 @@
 // The loop of visual servoing on a car that stands still: [T09], section VI.  Poses are
 // 4 x 4, twists (vx, vy, vz, wx, wy, wz) in the camera's frame, as in mkt.servoing.
 
-import { CORNERS } from "./engine.js";
+import { CORNERS } from "./regions.js";
 
 const BEHIND = 1e-9; // a depth that is none
 const STEPS = 8; // on the way of a corner

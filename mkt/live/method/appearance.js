@@ -1,7 +1,8 @@
 // Whether the target is there, and where to wait for it: mkt.trackers.appearance, with
 // the ellipses of mkt.trackers.ellipses.
 
-import { look, pixelGrid, ROUNDING } from "./engine.js";
+import { look } from "./histograms.js";
+import { pixelGrid, ROUNDING } from "./kernels.js";
 
 const BAND = 1; // width of the band along the borders, in half axes
 const SPREAD = 0.1; // of the size of placed particles
