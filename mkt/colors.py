@@ -87,6 +87,13 @@ class BinImage:
                 f"shares has the shape {np.shape(self.shares)}; "
                 f"give one number for each of the {self.m} bins"
             )
+        if self.shares is not None and not (
+            np.min(self.shares) >= 0 and 0 < np.sum(self.shares) < np.inf
+        ):
+            raise ValueError(
+                "shares must be finite, not negative, and not all 0; give how much a "
+                "pixel counts in each bin"
+            )
         for first, n in self.compasses:
             if not 0 <= first < first + n <= self.m:
                 raise ValueError(
@@ -110,6 +117,11 @@ class BinImage:
             raise ValueError(
                 f"others has an array {labels.shape} {labels.dtype}, but labels are "
                 f"{self.shape} {self.labels.dtype}; all must be alike"
+            )
+        if self.m == np.iinfo(np.uint8).max + 1 and labels.dtype == np.uint8:
+            raise ValueError(
+                f"m is {self.m}, and uint8 has no number left for what lies outside "
+                "the image; give the labels as uint16"
             )
         if not labels.max() < self.m <= np.iinfo(labels.dtype).max:
             raise ValueError(
@@ -386,21 +398,41 @@ class Joined:
         Raises
         ------
         ValueError
-            For any other frame, and for a part with several layers or shares.
+            For any other frame, and for a part that cannot be joined with the others.
         """
         dtype = label_type(self.m)
+        images = [part(frame) for part in self.parts]
         layers, compasses, first = [], [], 0
-        for part in self.parts:
-            image = part(frame)
-            of_kind(image, BinImage, f"what {part} makes", "return a BinImage")
-            if image.others or image.shares is not None:
-                raise ValueError(
-                    f"{part} has several bins for a pixel, which cannot be joined; "
-                    "take parts of one bin for each"
-                )
+        for part, image in zip(self.parts, images, strict=True):
+            _check_part(part, image, images[0])
             labels = image.labels.astype(dtype, copy=False)
             layers.append(labels + dtype(first) if first else labels)
             compasses += [(first + start, n) for start, n in image.compasses]
             first += part.m
-        others = tuple(layers[1:])
-        return BinImage(layers[0], self.m, others, self._votes, tuple(compasses))
+        return BinImage(
+            layers[0],
+            self.m,
+            tuple(layers[1:]),
+            self._votes,
+            tuple(compasses),
+            images[0].origin,
+            images[0].pitch,
+        )
+
+
+def _check_part(part: Bins, image: BinImage, one: BinImage) -> None:
+    """Refuse what a part makes where it cannot be joined with what the first makes."""
+    of_kind(image, BinImage, f"what {part} makes", "return a BinImage")
+    if image.m != part.m:
+        raise ValueError(f"{part} says that m is {part.m}, but makes {image.m} bins")
+    if image.others or image.shares is not None:
+        raise ValueError(
+            f"{part} has several bins for a pixel, which cannot be joined; "
+            "take parts of one bin for each"
+        )
+    if (image.origin, image.pitch) != (one.origin, one.pitch):
+        raise ValueError(
+            f"{part} makes an image with the origin {image.origin} and the pitch "
+            f"{image.pitch}, and the first part one with {one.origin} and {one.pitch}; "
+            "all must lie alike in the frame"
+        )

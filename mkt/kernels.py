@@ -234,8 +234,15 @@ class Kernels:
         Raises
         ------
         ValueError
-            For kernels that are no Epanechnikov kernels, which have no slope.
+            For kernels that are no Epanechnikov kernels, which have no slope, and those
+            of a subclass with weights of its own and no slopes of its own.
         """
+        own = type(self)
+        if own.weigh is not Kernels.weigh and own.slopes is Kernels.slopes:
+            raise ValueError(
+                f"{own.__name__} has a `weigh` of its own, and the slopes of "
+                "Epanechnikov kernels; give it its own `slopes`"
+            )
         if self.profile != "epanechnikov" or self.layout not in (*GRIDS, "cut"):
             raise ValueError(
                 f"{self.layout} {self.profile} kernels have no slope; "

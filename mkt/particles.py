@@ -8,8 +8,9 @@ live on.  All `SCHEMES` share that form.
 Explained in notebook 05.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -389,12 +390,15 @@ def whole_and_rest(weights: ArrayLike) -> tuple[NDArray, Array]:
 
 
 Scheme = Callable[[ArrayLike, Rng], NDArray]
-SCHEMES: dict[str, Scheme] = {
-    "multinomial": multinomial,
-    "stratified": stratified,
-    "systematic": systematic,
-    "residual": residual,
-}
+# Nobody can enter one: kept runs and other processes would know nothing of it.
+SCHEMES: Mapping[str, Scheme] = MappingProxyType(
+    {
+        "multinomial": multinomial,
+        "stratified": stratified,
+        "systematic": systematic,
+        "residual": residual,
+    }
+)
 
 
 def resample_if_degenerate(

@@ -24,6 +24,7 @@ from mkt.regions import HX
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions, Rng
 
 ALWAYS = ("region", "score", "lost")  # entries that no info can do without
+NUMBERS = ("score", "evaluations", "steps")  # each is one, where it is there
 LARGE = ("particles", "weights", "model")  # entries of an info that are kept on request
 LAMBDA = 20.0  # printed, Section IV-B of [T09]
 
@@ -47,8 +48,9 @@ class Tracker(Protocol):
     evaluations  regions looked at, the cost that no machine changes
     covariance   (5, 5) of the particles about the estimate, where there are any
     n_eff        their effective sample size
+    steps        those of its optimiser, where it has one
     particles    (N, 5) regions, after the prediction
-    weights      (N,) of sum 1
+    weights      (N,) of sum 1, wherever there are particles
     ===========  ==================================================================
 
     A tracker may add others, the same ones in every frame.
@@ -297,9 +299,14 @@ def checked_step(tracker: Tracker, said: Any) -> tuple[Any, Info]:
     lost = said[1]["lost"]
     if not isinstance(lost, bool | np.bool_):
         raise ValueError(f"{name}: its lost is {lost!r}; give True or False")
-    score = said[1]["score"]
-    if np.ndim(score) or np.asarray(score).dtype.kind not in "biuf":
-        raise ValueError(f"{name}: its score is {reprlib.repr(score)}; give a number")
+    for key in NUMBERS:
+        value = said[1].get(key, 0)
+        if np.ndim(value) or np.asarray(value).dtype.kind not in "biuf":
+            raise ValueError(
+                f"{name}: its {key} is {reprlib.repr(value)}; give a number"
+            )
+    if "particles" in said[1] and "weights" not in said[1]:
+        raise ValueError(f"{name}: its info has particles, but no weights of them")
     # A copy, because a tracker may go on in the array that it has handed out.
     return said[0], said[1] | {"region": np.array(said[1]["region"], float)}
 

@@ -325,7 +325,7 @@ def test_histograms_of_any_regions_sum_to_one_or_nothing(
         (np.zeros((2, LONGEST + 1), np.uint8), 110, "labels must be"),
         (LABELS, 5, "m is 5, but"),
         (LABELS, 0, "m is 0, but"),
-        (LABELS, 256, "m is 256, but"),
+        (LABELS, 256, "m is 256, and uint8"),
     ],
 )
 def test_histograms_of_what_is_no_bin_image_are_refused(labels, m, said):

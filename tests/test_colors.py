@@ -82,7 +82,7 @@ def test_numbers_beyond_the_bins_are_refused():
     for m in (9, 1, 0, -1):
         with pytest.raises(ValueError, match=f"m is {m}, .* up to 9.*; give the m of"):
             BinImage(labels, m)
-    with pytest.raises(ValueError, match="m is 256, .* as uint8"):
+    with pytest.raises(ValueError, match="m is 256, and uint8 has no number left"):
         BinImage(labels, 256)  # no number is left for what lies outside
 
 
@@ -92,6 +92,9 @@ def test_numbers_beyond_the_bins_are_refused():
         ({"others": (np.zeros((3, 4), np.uint16),)}, "others .* uint16, .* alike"),
         ({"others": (np.zeros((3, 3), np.uint8),)}, r"others .*\(3, 3\).* alike"),
         ({"shares": np.ones(3, np.float32)}, "shares .* each of the 5 bins"),
+        ({"shares": np.full(5, np.nan)}, "shares must be finite, not negative"),
+        ({"shares": np.array([-1.0, 1, 1, 1, 1])}, "shares must be finite, not neg"),
+        ({"shares": np.zeros(5)}, "shares must be .* not all 0"),
         ({"compasses": ((3, 10),)}, r"compasses has \(3, 10\), .* 0 to 4"),
         ({"compasses": ((4, 2),)}, r"compasses has \(4, 2\)"),
         ({"compasses": ((-1, 2),)}, r"compasses has \(-1, 2\)"),

@@ -291,6 +291,9 @@ BACK = (30.0, 20.0, 0.0, -9.0, 9.0)
         ({"region": ("a",) * 5}, "its region is .*give five numbers"),
         ({"region": np.zeros(5)}, "its region .* without area"),
         ({"score": None}, "its score is None; give a number"),
+        ({"evaluations": None}, "its evaluations is None; give a number"),
+        ({"steps": [1, 2]}, r"its steps is \[1, 2\]; give a number"),
+        ({"particles": np.ones((3, 5))}, "its info has particles, but no weights"),
         ({"score": np.ones(2)}, r"its score is array\(\[1., 1.\]\)"),
     ],
 )
@@ -308,11 +311,11 @@ class Stumbling(Walking):
     def step(self, state, frame, rng):
         state, info = super().step(state, frame, rng)
         k = round(float(state[3]))
-        return state + [0, 0, 0, 1, 0], info | {"steps": k if k % 2 else [k, k]}
+        return state + [0, 0, 0, 1, 0], info | {"edges": k if k % 2 else [k, k]}
 
 
 def test_an_entry_of_another_shape_is_named():
-    with pytest.raises(ValueError, match="'steps' of the infos has the shapes"):
+    with pytest.raises(ValueError, match="'edges' of the infos has the shapes"):
         track(Stumbling(), clip())
 
 

@@ -96,6 +96,12 @@ def _made(name: str) -> Tracker:
         raise ValueError(f"{name} is not a tracker: {WANTED}")
     for method in CALLED:
         _refuse_signature(tracker, method, name)
+    try:
+        hash(tracker)
+    except TypeError as error:
+        raise ValueError(
+            f"{name}: {error}; take a tuple for a list in its fields"
+        ) from None
     return tracker
 
 

@@ -110,7 +110,7 @@ def jobs(
         check_tracker(tracker)
     sources, seeds = _several("sources", sources), _several("seeds", seeds)
     for source in sources:
-        if not hasattr(source, "sequence"):
+        if not (hasattr(source, "sequence") and hasattr(source, "name")):
             raise ValueError(
                 f"{reprlib.repr(source)} is no source of a sequence; give one such as "
                 'mkt.Drawn("base", 1) or mkt.Carphone(), not the sequence itself'

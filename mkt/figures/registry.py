@@ -30,6 +30,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from mkt.checks import are_finite
 from mkt.experiments.timing import one_thread
 from mkt.plotting import in_style, new_figure
 from mkt.registry import Registry, by_group
@@ -157,7 +158,7 @@ class Entry:
         """What is printed: "Figure 3 of [T09]", or nothing where it is ours."""
         paper, _, name = self.name.partition(".")
         found = re.fullmatch(r"(fig|table)(\d+)", name)
-        if not found:
+        if not (found and PAPERS.get(paper)):
             return ""
         kind = {"fig": "Figure", "table": "Table"}[found[1]]
         return f"{kind} {found[2]} of [{PAPERS[paper]}]"
@@ -280,6 +281,20 @@ def listener() -> Progress | None:
     return _listener.get()
 
 
+def _trouble(positions: Any, default: Any) -> str:
+    """What is wrong with a slider and its default, empty where nothing is."""
+    if isinstance(positions, list):
+        within = default in positions
+    elif isinstance(positions, tuple) and are_finite(positions, 3):
+        low, high, step = positions
+        if not (low < high and step > 0):
+            return f"is {positions}; give low < high, and a step above 0"
+        within = low <= default <= high
+    else:
+        return f"is {positions!r}; give a list of values, or (low, high, step)"
+    return "" if within else f"is {positions}, and its default {default!r} is not in it"
+
+
 def figure(
     name: str,
     size: tuple[float, float] = (8.0, 4.0),
@@ -297,6 +312,9 @@ def figure(
         stray = sorted(set(sliders) - set(entry.defaults) | set(grid) - set(sliders))
         if stray:
             raise ValueError(f"figure {name}: no parameter for slider {stray[0]!r}")
+        for slider, positions in sliders.items():
+            if trouble := _trouble(positions, entry.defaults[slider]):
+                raise ValueError(f"figure {name}: slider {slider!r} {trouble}")
         FIGURES.add(name, entry)
         return function
 

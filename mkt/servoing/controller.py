@@ -204,7 +204,8 @@ def _command(
 
 def _has_area(region: ArrayLike) -> bool:
     """Whether a region (5,) is finite and has an area."""
-    return bool(np.isfinite(region).all() and np.min(np.asarray(region)[HX:]) > 0)
+    numbers = np.asarray(region, float)  # None is NaN
+    return bool(np.isfinite(numbers).all() and np.min(numbers[HX:]) > 0)
 
 
 def _is_gain(gain: law.Gain) -> bool:

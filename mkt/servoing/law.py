@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mkt import checks
-from mkt.checks import in_words
+from mkt.checks import in_words, is_number
 from mkt.types import Array
 
 Gain = float | Callable[[Array], float]  # [1/s], a number or a function of the error
@@ -106,7 +106,7 @@ def twist(
             "is not finite; give features of a region that was seen"
         )
     rate = gain(e) if callable(gain) else gain
-    if not np.isfinite(rate):
+    if not is_number(rate, -np.inf):
         raise ValueError(
             f"gain is {rate} at the error {in_words(e)}; it must be finite"
         )

@@ -75,7 +75,8 @@ class Kalman:
     """The filter of the module's text, with its steady gain.
 
     It takes any number of features side by side.  [T09] gives no numbers: these suit 5
-    frames a second.
+    frames a second.  A filter of one's own is a subclass with another `gain`; with
+    another `step` it needs its own `matrices`, too, from which poles are computed.
 
     Parameters
     ----------

@@ -47,11 +47,11 @@ def background(
     ValueError
         When that region leaves no ellipse.
     """
-    height, width = image.shape
+    height, width = (image.pitch * side for side in image.shape)
     every = np.maximum(EVERY * np.asarray(half_axes), 1)
     every *= max((width * height / every.prod() / MOST) ** 0.5, 1)
     x, y = np.arange(0, width, every[0]), np.arange(0, height, every[1])
-    centres = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
+    centres = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2) + image.origin
     if without is not None:
         off = (centres - without[:2]) / (without[3:] + half_axes)
         centres = centres[np.sum(off**2, 1) > 1]

@@ -19,8 +19,16 @@ from mkt.trackers.ssd import SSD
 from mkt.trackers.template_matching import TemplateMatching
 from mkt.tracking import Tracker
 
+
+class _Labels(dict[str, str]):
+    """A label for each name, which is its own where none was given."""
+
+    def __missing__(self, name: str) -> str:
+        return name
+
+
 TRACKERS = Registry("tracker")
-LABELS: dict[str, str] = {}  # what tables and menus call them
+LABELS = _Labels()  # what tables and menus call them
 SLOW = ("mil",)  # ten times slower than the rest: run less often where it must be quick
 
 

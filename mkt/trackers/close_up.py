@@ -13,7 +13,7 @@ from math import ceil
 import cv2
 import numpy as np
 
-from mkt.checks import checked_frame
+from mkt.checks import checked_frame, of_kind
 from mkt.colors import BinImage, Bins
 from mkt.kernels import Kernels
 from mkt.regions import size
@@ -55,10 +55,14 @@ def close_up(
     Raises
     ------
     ValueError
-        For an array that is not a frame.
+        For an array that is not a frame, and bins that make no `BinImage`.
     """
-    part, origin = cut_out(frame, *_surroundings(regions, pitch), pitch)
-    return replace(bins(relit(part, gains)), origin=origin, pitch=pitch)
+    part, (x, y) = cut_out(frame, *_surroundings(regions, pitch), pitch)
+    image = bins(relit(part, gains))
+    of_kind(image, BinImage, f"what {bins} makes", "return a BinImage")
+    inner_x, inner_y = image.origin  # of bins of one's own, on a scale of their own
+    origin = x + pitch * inner_x, y + pitch * inner_y
+    return replace(image, origin=origin, pitch=pitch * image.pitch)
 
 
 def cut_out(

@@ -186,7 +186,7 @@ class HybridResampling:
     ) -> tuple[HybridState, Info]:
         """Predict, weigh, accept; then wait for the target, or estimate and learn."""
         image = self.bins(frame)
-        predicted = self.predict(state, image.shape, rng)
+        predicted = self.predict(state, frame.shape[:2], rng)
         likelihoods = self.likelihoods(state.target, image, predicted)
         regions, weights, likelihoods = self.accepted(
             state, image, predicted, likelihoods, rng

@@ -28,7 +28,7 @@ from mkt.particles import (
     of_motion,
 )
 from mkt.tracking import Info, report
-from mkt.types import Array, Frame, Region, Rng
+from mkt.types import Array, Frame, NDArray, Region, Rng
 
 
 class FilterState(NamedTuple):
@@ -112,8 +112,12 @@ class ParticleFilter:
             particles=particles.regions,
             weights=weights,
         )
-        ancestors = SCHEMES[self.scheme](weights, rng)
+        ancestors = self.resample(weights, rng)
         return state._replace(particles=particles.take(ancestors)), info
+
+    def resample(self, weights: Array, rng: Rng) -> NDArray:
+        """The indices (N,) of the particles that live on, by their weights (N,)."""
+        return SCHEMES[self.scheme](weights, rng)
 
     def weigh(self, target: Target, image: BinImage, particles: Particles) -> Array:
         """The weights of particles, (N,) of sum 1, by the likelihood (13)."""

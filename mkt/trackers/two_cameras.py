@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 
 from mkt.histograms import log_likelihood
-from mkt.particles import SCHEMES, Particles, mean_region, normalised
+from mkt.particles import Particles, mean_region, normalised
 from mkt.trackers.particle_filter import FilterState, ParticleFilter
 from mkt.types import Array, Frame, Region, Rng
 
@@ -146,7 +146,7 @@ class TwoCameras:
         logs = look.logs + (0 if told is None else heard(told, look.ground))
         weights = normalised(logs)
         region = mean_region(look.cloud.regions, weights)
-        cloud = look.cloud.take(SCHEMES[self.filter.scheme](weights, rng))
+        cloud = look.cloud.take(self.filter.resample(weights, rng))
         if told is not None:
             moved = slice(round(NEWLY_PLACED * len(weights)))
             image = self.homographies[k]

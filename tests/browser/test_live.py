@@ -1257,6 +1257,6 @@ def test_controls_end_inside_their_panel_on_a_small_telephone(opened, letters):
 
 def test_the_script_is_light():
     text = live.script().encode()
-    assert len(text) < 196_500 and len(gzip.compress(text)) < 57_100
+    assert len(text) < 201_000 and len(gzip.compress(text)) < 58_000
     method = "".join(map(maker, filter(lambda name: "/" in name, needed("start"))))
-    assert len(gzip.compress(method.encode())) < 25_000
+    assert len(gzip.compress(method.encode())) < 12_500

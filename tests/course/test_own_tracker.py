@@ -13,7 +13,7 @@ from mkt.trackers import by_name
 from tests.own_video import films
 
 CODE = """
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import numpy as np
 from mkt import report
 
@@ -78,6 +78,10 @@ class Curt(Still):
 class Fields:
     init: int = 1
     step: int = 2
+
+@dataclass(frozen=True)
+class Listing(Still):
+    shift: list = field(default_factory=list)
 
 class Loose(Still):
     def __init__(self, shift): pass
@@ -303,6 +307,7 @@ def test_what_a_board_would_miss_is_said_before_the_runs(own):
         ("resting:Loose", "missing 1 required positional argument"),
         ("resting:words", "is not a tracker"),
         ("resting:Fields", "is not a tracker"),
+        ("resting:Listing", "unhashable type: 'list'; take a tuple for a list"),
         (
             "resting:Forgetful",
             r"step takes \(state, frame\); write it with \(self, state, frame, rng\)",

@@ -7,6 +7,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -131,6 +132,7 @@ def test_a_sweep_of_no_jobs_has_the_columns_of_any_other():
         ({"ssd": SSD()}, Drawn("base"), (0,), "sources is Drawn.*several"),
         ({"ssd": SSD()}, "base", (0,), "sources is 'base'; give several"),
         ({"ssd": SSD()}, ["base"], (0,), "'base' is no source of a sequence"),
+        ({"ssd": SSD()}, [SimpleNamespace(sequence=len)], (0,), "is no source of a"),
         ({"ssd": SSD()}, [Drawn("base").sequence()], (0,), "not the sequence itself"),
         ({"ssd": SSD()}, [Drawn("base")], 3, "seeds is 3; give several"),
         ({"ssd": SSD()}, [Drawn("base")], [1.9], "seed is 1.9"),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mkt.figures.registry import COUNTS, FIGURES, Entry, at_most, shown
+from mkt.figures.registry import COUNTS, FIGURES, Entry, at_most, figure, shown
 
 
 def drawn(fig, *, n=5, share=0.5, scale=1, turn=20, talking=True, seed=0, runs=3):
@@ -130,3 +130,32 @@ def test_an_upper_end_is_named_with_the_value():
             FIGURES[name].draw(frame=1000)
     with pytest.raises(ValueError, match="^covered is 2; it must be at most 1$"):
         at_most(1, covered=2)
+
+
+@pytest.mark.parametrize(
+    "positions, said",
+    [
+        ((1, 5), "give a list of values, or"),
+        ("abc", "give a list of values, or"),
+        ((1, 5, 0), "a step above 0"),
+        ((5, 1, 1), "give low < high"),
+        ((3, 5, 1), "its default 2 is not in it"),
+        ([1, 3], "its default 2 is not in it"),
+    ],
+    ids=repr,
+)
+def test_a_slider_that_cannot_be_is_named_before_it_is_drawn(positions, said):
+    def drawn(fig, *, a=2):
+        """A figure."""
+
+    with pytest.raises(ValueError, match=f"figure own.drawn: slider 'a' .*{said}"):
+        figure("own.drawn", a=positions)(drawn)
+    assert "own.drawn" not in FIGURES
+
+
+@pytest.mark.parametrize("name", ["smith2020.fig1", "own.fig7"])
+def test_a_figure_of_no_known_paper_has_no_number(name):
+    def drawn(fig):
+        """A figure."""
+
+    assert Entry(name, drawn, (8, 4), {}, (), ()).number == ""

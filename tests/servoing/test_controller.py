@@ -73,6 +73,7 @@ def test_a_tracker_that_is_lost_need_not_give_a_region():
     known = features([170.0, 110.0, 1.4, 45.0, 28.0], Servo().camera)
     np.testing.assert_array_equal(given[2].features, known)
     np.testing.assert_array_equal(nothing[2].twist, given[2].twist)
+    assert np.isnan(Servo().step(Servo().init(), None, lost=True)[1].features).all()
     with pytest.raises(ValueError, match="hence no features"):
         Servo().step(Servo().init(), [np.nan] * 5)
 

@@ -45,6 +45,8 @@ FLAT = np.diag([1.0, 1, 1, 0]) @ np.eye(4, 6)
         ("not finite", lambda: twist(np.full(4, np.nan), L, 1.0)),
         ("the error .* not finite", lambda: twist(np.full(4, np.nan), L, np.mean)),
         ("interaction matrix .* finite", lambda: twist(np.ones(4), np.nan * L, 1.0)),
+        ("gain is None", lambda: twist(np.ones(4), L, lambda e: None)),
+        ("gain is .*1", lambda: twist(np.ones(4), L, lambda e: np.ones(4))),
         ("gain is nan", lambda: twist(np.ones(4), L, lambda e: np.nan)),
         ("gain is inf", lambda: twist(np.ones(4), L, np.inf)),
         ("dof", lambda: twist(np.ones(4), np.eye(4, 6), 1.0, dof=5)),

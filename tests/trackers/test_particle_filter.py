@@ -5,6 +5,7 @@ import pytest
 
 from mkt.colors import ColorBins
 from mkt.kernels import Kernels
+from mkt.particles import SCHEMES
 from mkt.scenes.questions import base
 from mkt.trackers import by_name
 from mkt.trackers.combined import Combined
@@ -35,6 +36,25 @@ def test_the_score_does_not_depend_on_how_a_filter_weighs():
 def test_filters_that_cannot_be_are_refused(field, value):
     with pytest.raises(ValueError, match=field):
         ParticleFilter(**{field: value})
+
+
+def test_a_filter_draws_as_its_own_method_says():
+    class Best(ParticleFilter):
+        def resample(self, weights, rng):
+            return np.full(self.n, np.argmax(weights))
+
+    clip, rng = short(base(0), 3), np.random.default_rng(0)
+    tracker = Best(n=20)
+    state, info = tracker.step(
+        tracker.init(clip.frames[0], clip.truth[0], rng), clip.frames[1], rng
+    )
+    best = info["particles"][np.argmax(info["weights"])]
+    np.testing.assert_array_equal(state.particles.regions, np.tile(best, (20, 1)))
+
+
+def test_nobody_enters_a_scheme_that_kept_runs_would_not_know():
+    with pytest.raises(TypeError):
+        SCHEMES["mine"] = SCHEMES["residual"]
 
 
 def test_a_filter_may_weigh_all_alike_or_by_the_mean():

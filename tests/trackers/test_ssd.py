@@ -87,6 +87,15 @@ def test_kernels_without_a_slope_are_refused_before_a_run(made, kernels):
         made(kernels)
 
 
+def test_the_slopes_of_other_weights_are_not_those_of_epanechnikov():
+    class Gaussian(Kernels):
+        def weigh(self, points):
+            return np.exp(-super().weigh(points))
+
+    with pytest.raises(ValueError, match="Gaussian has a `weigh` of its own"):
+        SSD(Gaussian())
+
+
 @pytest.mark.parametrize("bins", [ColorBins(), EdgeBins()], ids=["colours", "edges"])
 def test_a_run_in_another_thread_may_come_between_any_two_lines(bins):
     """What is kept to work in, matrices and rooms for look-ups, is each thread's own.

@@ -103,7 +103,7 @@ def last_round(
     weights = tracker.weigh(state.target, image, moved)
     estimate = mean_region(moved.regions, weights)
     distance = float(state.target.distances(image, estimate))
-    ancestors = SCHEMES[tracker.scheme](weights, rng)
+    ancestors = tracker.resample(weights, rng)
     before = state.particles.regions
     return Round(before, moved.regions, weights, estimate, distance, ancestors)
 
