@@ -141,8 +141,11 @@ def test_nobody_else_is_named(title):
     assert borrowed(lab, lab) == borrowed(lab, released(lab)) == []
     known = tomllib.loads((KNOWN / f"{title}.toml").read_text(encoding="utf-8"))
     for right in known["right"]:
-        found = borrowed(lab, solved(title, right["cell"], right["code"]))
+        mine = solved(title, right["cell"], right["code"])
+        found = borrowed(lab, mine)
         assert len(found) == ("scipy" in right["code"])
+        assert borrowed(released(lab), mine) == found  # as `labs check` tells it
+    assert borrowed(released(lab), lab) == []
 
 
 @pytest.mark.slow

@@ -24,6 +24,7 @@ import nbformat
 from nbformat import NotebookNode
 
 from mkt.course.labs import LIMIT
+from mkt.course.labs.source import first, functions, imported, used
 from mkt.files import NOTEBOOKS, whole
 
 FOLDER = NOTEBOOKS / "labs"  # the teacher's versions
@@ -36,6 +37,7 @@ STUBS = {
     "code": "# YOUR CODE HERE\nraise NotImplementedError('not written yet')",
     "markdown": "YOUR ANSWER HERE",
 }
+MAY_USE = "mkt_may_use"  # in the metadata of a lab without its solutions
 CONFIGURATION = """\
 c = get_config()
 c.CourseDirectory.course_id = "mkt"
@@ -120,6 +122,26 @@ def of_role(notebook: NotebookNode, *roles: str) -> dict[str, NotebookNode]:
     return {name(cell): cell for cell in notebook.cells if role(cell) in roles}
 
 
+def lent(lab: NotebookNode) -> set[str]:
+    """The names of functions and modules that the cells of a lab lend."""
+    cells = of_role(lab, "given", "check").values()
+    sources = [cell.source for cell in cells if cell.cell_type == "code"]
+    made = {one for source in sources for one in functions(source)}
+    return made | {here for source in sources for here, _ in imported(source)}
+
+
+def may_use(lab: NotebookNode) -> list[str]:
+    """What a lab lends that its solutions use: those of students may, too.
+
+    A lab without them, as it was released, has it in its metadata.
+    """
+    if MAY_USE in lab.metadata:
+        return lab.metadata[MAY_USE]
+    solutions = of_role(lab, "solution").values()
+    theirs = {first(one) for cell in solutions for one in used(cell.source)}
+    return sorted(theirs & lent(lab))
+
+
 def headings(notebook: NotebookNode) -> dict[str, str]:
     """Where each cell is found in JupyterLab, which shows no ids.
 
@@ -145,6 +167,7 @@ def released(lab: NotebookNode) -> NotebookNode:
     edited.
     """
     student = copy.deepcopy(lab)
+    student.metadata[MAY_USE] = may_use(lab)
     student.cells = [cell for cell in student.cells if cell.get("id") != "teacher"]
     for cell in student.cells:
         cell.source = _without(cell.source, "HIDDEN TESTS")
