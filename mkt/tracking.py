@@ -50,7 +50,7 @@ class Tracker(Protocol):
     n_eff        their effective sample size
     steps        those of its optimiser, where it has one
     particles    (N, 5) regions, after the prediction
-    weights      (N,) of sum 1, wherever there are particles
+    weights      (N,) of sum 1
     ===========  ==================================================================
 
     A tracker may add others, the same ones in every frame.
@@ -305,8 +305,6 @@ def checked_step(tracker: Tracker, said: Any) -> tuple[Any, Info]:
             raise ValueError(
                 f"{name}: its {key} is {reprlib.repr(value)}; give a number"
             )
-    if "particles" in said[1] and "weights" not in said[1]:
-        raise ValueError(f"{name}: its info has particles, but no weights of them")
     # A copy, because a tracker may go on in the array that it has handed out.
     return said[0], said[1] | {"region": np.array(said[1]["region"], float)}
 

@@ -293,7 +293,6 @@ BACK = (30.0, 20.0, 0.0, -9.0, 9.0)
         ({"score": None}, "its score is None; give a number"),
         ({"evaluations": None}, "its evaluations is None; give a number"),
         ({"steps": [1, 2]}, r"its steps is \[1, 2\]; give a number"),
-        ({"particles": np.ones((3, 5))}, "its info has particles, but no weights"),
         ({"score": np.ones(2)}, r"its score is array\(\[1., 1.\]\)"),
     ],
 )

@@ -392,7 +392,7 @@ def _part_distances(clip: Clip, region: Region, k: int) -> Array:
 
 def _hypotheses(track: Track, k: int) -> tuple[Regions, Array]:
     """Particles (N, 5) and weights (N,) of a frame; none for some trackers."""
-    if "particles" not in track.info:
+    if not {"particles", "weights"} <= track.info.keys():
         return np.empty((0, 5)), np.empty(0)
     return track.info["particles"][k], track.info["weights"][k]
 
