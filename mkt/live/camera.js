@@ -98,7 +98,7 @@ class Tracking {
       this.picker,
     );
     this.begin = button("Track what is in the box", () => this.start());
-    const again = button("Draw another box", () => this.choose());
+    const again = button("Draw another box", () => this.small && this.choose());
     const acts = el("div", { class: "mkt-controls" }, this.begin, again);
     const curves = this.curves.map(({ node }) => node);
     const stage = el(
@@ -151,7 +151,7 @@ class Tracking {
     } catch (error) {
       if (mine !== this.sources) return;
       const reason = REFUSED[error.name] ?? "No camera can be used on this page";
-      await this.clip(`${reason}; here is the book's clip instead. `);
+      await this.clip(reason);
     }
   }
 
@@ -163,14 +163,24 @@ class Tracking {
     try {
       await this.play();
     } catch {
-      const words =
-        "This browser cannot play that file; here is the book's clip " + "instead. ";
-      if (mine === this.sources) await this.clip(words);
+      if (mine === this.sources)
+        await this.clip("This browser cannot play that file");
     }
   }
 
+  // The book's, and why it is none of the reader's own.
   async clip(why = "") {
     const mine = ++this.sources;
+    this.tell(`${why && `${why}. `}Loading the book's clip.`);
+    try {
+      await this.playClip(mine, why && `${why}; here is the book's clip instead. `);
+    } catch ({ message }) {
+      const words = `${why && `${why}. `}The book's clip cannot be shown: ${message}.`;
+      if (mine === this.sources) this.tell(words);
+    }
+  }
+
+  async playClip(mine, why) {
     const { film, region, source } = await load("track");
     if (mine !== this.sources) return;
     this.stop();
@@ -178,9 +188,7 @@ class Tracking {
       sign.charCodeAt(0),
     );
     this.video.src = URL.createObjectURL(new Blob([bytes], { type: "video/webm" }));
-    await this.play().catch((error) => {
-      if (mine === this.sources) throw error;
-    });
+    await this.play();
     if (mine !== this.sources) return;
     this.box = region;
     this.tell(

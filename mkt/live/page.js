@@ -199,7 +199,7 @@ export class Controls {
         try {
           values[name] = understood(this.fields[name], word);
         } catch (error) {
-          wrong.push(`${name} is ${word}, but ${error.message}`);
+          wrong.push(`${name} is ${word || "empty"}, but ${error.message}`);
         }
     const there = Object.entries(values).every(
       ([name, value]) => this.values[name] === value,

@@ -20,7 +20,12 @@ function kernel(model) {
       if (!known.has(name)) {
         const answer = (resolve, reject) => waiting.set(name, { resolve, reject });
         known.set(name, new Promise(answer));
-        model.send({ name });
+        try {
+          model.send({ name });
+        } catch {
+          known.delete(name); // to be asked for again
+          throw new Error("its kernel has gone; run the cell again");
+        }
       }
       return known.get(name);
     },

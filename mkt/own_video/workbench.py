@@ -131,8 +131,9 @@ class Workbench(ipywidgets.VBox):
         self.source.offer(self.source.path)
         self.state = READY
         height, width = clip.frames[0].shape[:2]
+        many = "1 frame" if len(clip) == 1 else f"{len(clip)} frames"
         self.report.clear(
-            f"{clip.source}: {len(clip)} frames of {width}x{height} px{_ends(clip)}, "
+            f"{clip.source}: {many} of {width}x{height} px{_ends(clip)}, "
             f"{clip.fps:.4g} a second.  Draw a box round the target."
         )
 

@@ -107,6 +107,29 @@ def test_a_flat_film_has_a_picture_and_can_be_chosen_again(page):
     assert chosen(page, 1600, 2) == [[], [320, 1], "", False, True]
 
 
+UNLOADED = """
+host.load = async () => { throw new Error("its file is missing"); };
+const page = camera(place, { postMessage() {} });
+await page.clip(data.why);
+const said = page.said.textContent;
+page.end();
+[...place.querySelectorAll("button")]
+  .find(({ textContent }) => textContent === "Draw another box")
+  .dispatchEvent(new Event("click"));
+return [said, page.said.textContent];
+"""
+
+
+@pytest.mark.parametrize("why", ["", "No camera was found"])
+def test_a_clip_that_cannot_be_loaded_is_said_behind_the_reason_for_it(page, why):
+    body = f"return (async () => {{ {PLACE} {UNLOADED} }})();"
+    said, then = page(body, why=why)
+    expected = "The book's clip cannot be shown: its file is missing."
+    assert said == (f"{why}. {expected}" if why else expected)
+    # There is nothing yet that a box could be drawn round.
+    assert then.startswith("Choose what to look at.")
+
+
 LATE = """
 const page = camera(place, { postMessage() {} });
 let grant;

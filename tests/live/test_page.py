@@ -69,7 +69,8 @@ def test_a_link_to_what_a_control_cannot_show_says_so(page, field, word, complai
     values, said = read(page, f"toy={word}&other=1", toy=field, other=WHOLE)
     assert values == {"toy": field["value"], "other": 1}
     assert said == (
-        f"In this page's address toy is {word}, but {complaint}. The rest was taken."
+        f"In this page's address toy is {word or 'empty'}, but {complaint}. "
+        "The rest was taken."
     )
 
 

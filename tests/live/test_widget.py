@@ -130,6 +130,22 @@ def test_what_the_kernel_could_not_answer_is_said_and_asked_for_again(widget):
     assert any("At a limit of 0.3" in each for each in found["now"])
 
 
+def test_a_kernel_that_has_gone_is_said_each_time(widget):
+    """Jupyter's own words say nothing, and an answer never comes."""
+    body = """
+    await rest();
+    model.send = () => { throw new Error("Cannot send"); };
+    const said = [];
+    for (const item of ["cat", "cup"]) {
+      model.set("moved", { item });
+      await rest();
+      said.push(texts(cells[0]).filter((each) => each.includes("its kernel has gone")));
+    }
+    return said.map(({ length }) => length);
+    """
+    assert shown(widget, "teuliere2009.fig3", body) == [1, 1]
+
+
 def test_surfaces_of_an_object_that_did_not_come_are_asked_for_again(widget):
     body = """
     await rest();
