@@ -75,13 +75,11 @@ def _read(folder: Path) -> dict[str, NotebookNode]:
 
 def solved() -> dict[str, NotebookNode]:
     """The same as `labs`; ValueError where there are none, as in a handout."""
-    return _some(labs(), "labs with their solutions")
-
-
-def _some(known: dict[str, NotebookNode], what: str) -> dict[str, NotebookNode]:
-    if not known:
-        raise ValueError(f"{FOLDER}: there are no {what}; ask your teacher")
-    return known
+    if known := labs():
+        return known
+    raise ValueError(
+        f"{FOLDER}: there are no labs with their solutions; a teacher's clone has them"
+    )
 
 
 def role(cell: NotebookNode) -> str | None:
@@ -266,7 +264,9 @@ def release(folder: Path) -> dict[Path, bool]:
             f"-o {folder}: that is where the labs with their solutions are; "
             "choose another folder"
         )
-    known = _some(originals(), "labs to release")
+    known = originals()
+    if not known:
+        raise ValueError(f"{FOLDER}: there are no labs to release; ask your teacher")
     folder.mkdir(parents=True, exist_ok=True)
     places = {folder / f"{title}.ipynb": lab for title, lab in known.items()}
     return {path: _written(path, lab) for path, lab in places.items()}
