@@ -1,10 +1,10 @@
 """Figures that compute by themselves: the scripts of `mkt/live` as one, and their data.
 
 Those in `mkt/live/method` are the method in the reader's browser: what mkt's Python
-computes, each file after one of its modules and under its names, and no page is known
-there.  Python is the reference; tests/live holds both to the same numbers.  Every
-function is pure but for the random numbers that it is handed.  All others are figures,
-and what these share.
+computes, each file after the modules that its head names, and no page is known there.
+Python is the reference; tests/live holds both to the same numbers.  Every function is
+pure but for the random numbers that it is handed.  All others are figures, and what
+these share.
 
 The book's page and a cell of JupyterLab run the same modules.  A browser neither
 imports modules nor starts workers from pages on a disk, so the modules are joined into

@@ -30,7 +30,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from mkt.checks import are_finite
+from mkt.checks import are_finite, is_number
 from mkt.experiments.timing import one_thread
 from mkt.plotting import in_style, new_figure
 from mkt.registry import Registry, by_group
@@ -289,7 +289,7 @@ def _trouble(positions: Any, default: Any) -> str:
         low, high, step = positions
         if not (low < high and step > 0):
             return f"is {positions}; give low < high, and a step above 0"
-        within = low <= default <= high
+        within = is_number(default, low) and default <= high
     else:
         return f"is {positions!r}; give a list of values, or (low, high, step)"
     return "" if within else f"is {positions}, and its default {default!r} is not in it"

@@ -106,9 +106,11 @@ def twist(
             "is not finite; give features of a region that was seen"
         )
     rate = gain(e) if callable(gain) else gain
+    if isinstance(rate, np.ndarray) and rate.ndim == 0:  # such as of np.where
+        rate = rate.item()
     if not is_number(rate, -np.inf):
         raise ValueError(
-            f"gain is {rate} at the error {in_words(e)}; it must be finite"
+            f"gain is {rate} at the error {in_words(e)}; it must be one finite number"
         )
     wanted = -rate * e - de_dt
     v = np.zeros(6)

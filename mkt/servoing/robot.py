@@ -99,7 +99,7 @@ def to_and_fro(
     from scipy.ndimage import gaussian_filter1d  # slow to import, for this hand alone
 
     checks.check_seed(seed)
-    rising = checks.in_a_tuple(times, None) and np.all(np.diff(times) > 0)
+    rising = checks.are_finite(times, None) and np.all(np.diff(times) > 0)
     if not (rising and len(times) > 1):
         raise ValueError(
             f"times is {times}; give the start, the reversals and the stop, each later "

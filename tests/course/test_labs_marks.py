@@ -359,6 +359,28 @@ def test_a_file_that_is_moved_keeps_its_points_and_those_of_others_stay_theirs(
     assert found["bob/toy.ipynb"]["why"] == ""
 
 
+def test_points_of_the_file_itself_come_before_those_of_another_with_its_answer():
+    ada = {"student": "ada", "lab": "toy", "answers": "x", "note": ""}
+    rows = [
+        ada | {"file": "ada/toy.ipynb", "sha256": "1", "why": "2"},
+        ada | {"file": "ada_toy.ipynb", "sha256": "2", "why": "0"},
+    ]
+    row = ada | {"file": "ada/toy.ipynb", "sha256": "3", "why": ""}
+    grading._carry_over(row, rows, {"toy": TOY})
+    assert row["why"] == "2"
+
+
+def test_what_could_not_be_read_has_no_answer_in_common_with_anything():
+    unread = {"student": "ada", "lab": "toy", "answers": "", "note": "", "sha256": ""}
+    rows = [unread | {"file": "ada/toy.docx", "why": "2"}]
+    row = unread | {"file": "ada/toy.pdf", "why": ""}
+    grading._carry_over(row, rows, {"toy": TOY})
+    assert row["why"] == ""
+    row = unread | {"file": "ada/toy.ipynb", "sha256": "1", "why": ""}
+    grading._carry_over(row, rows, {"toy": TOY})
+    assert row["why"] == ""
+
+
 def test_of_two_files_of_a_student_each_has_the_points_of_its_own_answer(grades, toy):
     typed(grades, "2")
     other = answer(**GOOD | {"why": "Why?\n\nNow I know."})

@@ -145,8 +145,11 @@ def test_an_upper_end_is_named_with_the_value():
     ids=repr,
 )
 def test_a_slider_that_cannot_be_is_named_before_it_is_drawn(positions, said):
-    def drawn(fig, *, a=2):
+    def drawn(fig, *, a=2, b=None):
         """A figure."""
+
+    with pytest.raises(ValueError, match="slider 'b' .*its default None is not in it"):
+        figure("own.drawn", b=(1, 5, 1))(drawn)
 
     with pytest.raises(ValueError, match=f"figure own.drawn: slider 'a' .*{said}"):
         figure("own.drawn", a=positions)(drawn)

@@ -30,6 +30,8 @@ def test_the_adaptive_gain_falls_from_near_to_far():
     assert gain(1e7 * e) == pytest.approx(0.5)
     assert (gain(0 * e) - gain(e)) / 1e-6 == pytest.approx(4.0, rel=1e-4)
     np.testing.assert_array_equal(twist(e, L, gain), twist(e, L, gain(e)))
+    of_an_array = twist(e, L, lambda e: np.where(e.any(), gain(e), 0))
+    np.testing.assert_array_equal(of_an_array, twist(e, L, gain(e)))
     # Of several components the largest counts.
     assert gain(np.array([0.1, -0.3, 0.3, 0.2])) == gain(np.array([0.3, 0, 0, 0]))
 

@@ -190,6 +190,7 @@ def test_the_hand_reverses_at_the_printed_frames():
 
 def test_paths_follow_from_their_arguments():
     assert to_and_fro(1) == to_and_fro(1) != to_and_fro(2)
+    assert to_and_fro(1, times=[1.0, 6.0, 7.4, 13.0]) == to_and_fro(1)
 
     def steps(wobble):
         path = to_and_fro(0, wobble=wobble)

@@ -11,6 +11,7 @@ from mkt.evaluation import overlap
 from mkt.scenes import SCENES
 from mkt.trackers.appearance import background
 from mkt.trackers.by_name import TRACKERS
+from mkt.trackers.close_up import close_up
 from mkt.trackers.ellipses import Disc
 from mkt.trackers.ssd import SSD
 from mkt.tracking import track
@@ -68,6 +69,32 @@ def test_the_background_lies_where_the_image_does(clip):
     half = background(Disc(), Half(left=0)(clip.frames[0]), axes)
     assert whole.shape == half.shape
     assert np.sum(whole * half, 1).mean() > 0.9
+    moved = replace(Half(left=0)(clip.frames[0]), origin=(60.0, 40.0))
+    np.testing.assert_array_equal(background(Disc(), moved, axes), half)
+
+
+@dataclass(frozen=True)
+class Red:
+    """The red of every second pixel of every second row, from the second one on."""
+
+    m: int = 256
+
+    def __call__(self, frame):
+        """The bins."""
+        labels = frame[1::2, 1::2, 0].astype(np.uint16)
+        return BinImage(labels, self.m, origin=(1.0, 1.0), pitch=2)
+
+
+@pytest.mark.parametrize("pitch", [1, 3])
+def test_a_close_up_knows_where_the_pixels_of_such_an_image_lie(pitch):
+    """Red is the place along x: it says itself where each pixel is."""
+    frame = np.zeros((100, 250, 3), np.uint8)
+    frame[..., 0] = np.arange(250)
+    region = np.array([[124.0, 50, 0, 20, 10]])
+    image = close_up(Red(), frame, np.ones(3), region, pitch)
+    assert image.pitch == 2 * pitch
+    places = image.origin[0] + image.pitch * np.arange(image.shape[1])
+    np.testing.assert_allclose(image.labels[0], places, atol=1)
 
 
 def test_parts_that_lie_otherwise_are_not_joined(clip):

@@ -39,17 +39,17 @@ def test_filters_that_cannot_be_are_refused(field, value):
 
 
 def test_a_filter_draws_as_its_own_method_says():
-    class Best(ParticleFilter):
+    class Worst(ParticleFilter):
         def resample(self, weights, rng):
-            return np.full(self.n, np.argmax(weights))
+            return np.full(self.n, np.argmin(weights))
 
     clip, rng = short(base(0), 3), np.random.default_rng(0)
-    tracker = Best(n=20)
+    tracker = Worst(n=20)
     state, info = tracker.step(
         tracker.init(clip.frames[0], clip.truth[0], rng), clip.frames[1], rng
     )
-    best = info["particles"][np.argmax(info["weights"])]
-    np.testing.assert_array_equal(state.particles.regions, np.tile(best, (20, 1)))
+    worst = info["particles"][np.argmin(info["weights"])]
+    np.testing.assert_array_equal(state.particles.regions, np.tile(worst, (20, 1)))
 
 
 def test_nobody_enters_a_scheme_that_kept_runs_would_not_know():

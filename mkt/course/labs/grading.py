@@ -271,16 +271,20 @@ def _carry_over(row: Row, rows: list[Row], sources: Labs) -> None:
             kept = [key for key in old if key != "note" and not row.get(key)]
             row |= {key: old[key] for key in kept}
     questions = of_role(sources[row["lab"]], "question") if row["lab"] else ()
+    same_file = [old for old in rows if old["file"] == row["file"]]
     whose = row["student"], row["lab"]
-    older = [
+    moved = [  # and read: what could not be is no more alike than anything else
         old
         for old in rows
-        if old["file"] == row["file"] or (old["student"], old["lab"]) == whose
+        if old not in same_file
+        and (old["student"], old["lab"]) == whose
+        and old["sha256"]
+        and row["sha256"]
     ]
     for one in questions:
         typed = [
             old
-            for old in older
+            for old in moved + same_file  # what was typed for the file itself counts
             if old.get(one) and f"{one}: {UNANSWERED}" not in old["note"].splitlines()
         ]
         same = [

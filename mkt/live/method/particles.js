@@ -10,13 +10,6 @@ export const MOTION = {
   damping: 0.8,
 };
 
-// The motion model with so many times its noise.
-export function restless(motion, noise) {
-  const louder = { ...motion };
-  for (const name of ["position", "velocity", "angle", "scale"]) louder[name] *= noise;
-  return louder;
-}
-
 export function predict({ regions, velocities }, motion, rng) {
   const n = regions.length;
   const draws = [

@@ -14,7 +14,7 @@ export function random(seed) {
   return { uniforms: several(next), normals: several(normal) };
 }
 
-// The numbers that Python drew, in its order: for tests.
+// The numbers that Python drew, in its order.
 export function replay({ uniforms, normals }) {
   const from = (drawn) => {
     let at = 0;
