@@ -1,6 +1,6 @@
 // own.beats, live: the particle filter as a film of four beats, and a wall to move.
 
-import { resized, restless } from "./crowd.js";
+import { resized } from "./crowd.js";
 import { grained } from "./grain.js";
 import { load } from "./host.js";
 import { colorBins } from "./method/colors.js";
@@ -8,7 +8,7 @@ import { overlap } from "./method/evaluation.js";
 import { coefficients, logLikelihood } from "./method/histograms.js";
 import { linspace } from "./method/numbers.js";
 import { FILTER, filterInit, filterStep } from "./method/particle_filter.js";
-import { MOTION } from "./method/particles.js";
+import { MOTION, restless } from "./method/particles.js";
 import { random } from "./method/random.js";
 import { corners, displaced, warp } from "./method/regions.js";
 import {

@@ -1,9 +1,8 @@
 // Track something now: a camera, a video file or the book's clip, followed on the page.
 
-import { restless } from "./crowd.js";
 import { load } from "./host.js";
 import { COMBINED } from "./method/combined.js";
-import { MOTION, SCHEMES } from "./method/particles.js";
+import { MOTION, restless, SCHEMES } from "./method/particles.js";
 import { corners } from "./method/regions.js";
 import { axes, button, Canvas, Controls, el, outline } from "./page.js";
 

@@ -1,4 +1,4 @@
-// Another number of particles, or other noise: for sliders that move during a run.
+// Another number of particles in the middle of a run: for sliders that move meanwhile.
 
 // All weigh the same, so some are taken twice, or left out, at equal distances.
 export function resized(filter, n) {
@@ -12,11 +12,4 @@ export function resized(filter, n) {
     velocities: chosen.map((i) => velocities[i]),
   };
   return { ...filter, particles };
-}
-
-// The motion model with so many times its noise.
-export function restless(motion, noise) {
-  const louder = { ...motion };
-  for (const name of ["position", "velocity", "angle", "scale"]) louder[name] *= noise;
-  return louder;
 }

@@ -1,4 +1,4 @@
-// Particles: mkt.particles.
+// Particles: mkt.particles, and the louder motion of mkt.papers.lessons.beats.
 
 import { total } from "./numbers.js";
 
@@ -9,6 +9,13 @@ export const MOTION = {
   scale: 0.03,
   damping: 0.8,
 };
+
+// The motion model with so many times its noise.
+export function restless(motion, noise) {
+  const louder = { ...motion };
+  for (const name of ["position", "velocity", "angle", "scale"]) louder[name] *= noise;
+  return louder;
+}
 
 export function predict({ regions, velocities }, motion, rng) {
   const n = regions.length;
