@@ -904,12 +904,23 @@ def touch(page, *places):
     page.wait_for_timeout(200)
 
 
+def at_rest(canvas):
+    """Where a canvas is, once the page, which glides on behind a finger, rests."""
+    before = None
+    for _ in range(PATIENCE):
+        canvas.page.wait_for_timeout(200)
+        box = canvas.bounding_box()
+        if box == before:
+            break
+        before = box
+    return box
+
+
 def touched(canvas, share, *moves):
     """How far [px] a page scrolls when a finger in a canvas goes on by some moves."""
     page = canvas.page
     canvas.evaluate("node => node.scrollIntoView({ block: 'center' })")
-    page.wait_for_timeout(200)
-    box = canvas.bounding_box()
+    box = at_rest(canvas)
     corner, sides = (box["x"], box["y"]), (box["width"], box["height"])
     first = np.add(corner, np.multiply(share, sides))
     touch(page, first, *(first + move for move in moves))
