@@ -118,12 +118,12 @@ class BinImage:
                 f"others has an array {labels.shape} {labels.dtype}, but labels are "
                 f"{self.shape} {self.labels.dtype}; all must be alike"
             )
-        if self.m == np.iinfo(np.uint8).max + 1 and labels.dtype == np.uint8:
+        if self.m > np.iinfo(labels.dtype).max:
             raise ValueError(
-                f"m is {self.m}, and uint8 has no number left for what lies outside "
-                "the image; give the labels as uint16"
+                f"m is {self.m}, and {labels.dtype} has no number left for what lies "
+                "outside the image; give the labels as uint16, or have fewer bins"
             )
-        if not labels.max() < self.m <= np.iinfo(labels.dtype).max:
+        if not labels.max() < self.m:
             raise ValueError(
                 f"m is {self.m}, but the labels go up to {labels.max()}, "
                 f"as {labels.dtype}; give the m of the bins that made them"

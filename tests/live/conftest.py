@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mkt.figures.live import EXPORT, MODULES, calls, maker, needed, source
+from mkt.figures.live import EXPORT, MODULES, _word, calls, maker, needed, source
 from tests.browser.conftest import browser, driver  # noqa: F401, fixtures
 
 METHOD = sorted(f"method/{path.stem}" for path in (MODULES / "method").glob("*.js"))
@@ -19,7 +19,7 @@ METHOD = sorted(f"method/{path.stem}" for path in (MODULES / "method").glob("*.j
 def _exported(name):
     """The line that hands on what a bundled module exports."""
     words = ", ".join(found for _, found in EXPORT.findall(source(name)))
-    return f"export const {{ {words} }} = {name.replace('/', '_')}_js;\n"
+    return f"export const {{ {words} }} = {_word(name)}_js;\n"
 
 
 def _engine():
