@@ -10,8 +10,8 @@ last estimate, wider in every frame (18).  The reference is learnt anew little b
 Two parts of Algorithm 2 cannot be meant as our copy reads, so they are parameters here.
 Its acceptance test compares a likelihood of this frame with a normalised weight of the
 last one; after a draw this test accepts whatever has d < sqrt(ln N / lam).  And it
-takes a low N_eff for a sign of an occlusion, but it is a sign of the contrary: where
-all places look equally bad, all weights are equal and N_eff is high.  Here the target
+takes a low N_eff for a sign of an occlusion, but where all places look equally bad, all
+weights are equal and N_eff is high: what it says depends on the ground.  Here the target
 is taken for hidden when the highest likelihood is below a fixed level.  The price is
 that the filter also waits when the object only shows another side; it waits where the
 object was last seen.  A level that follows the likelihoods of the last frames was tried
