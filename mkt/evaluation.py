@@ -52,7 +52,7 @@ LAST = 10  # frames that say whether a target was lost in the end
 
 
 class Errors(NamedTuple):
-    """Errors of regions against the truth, NaN where the truth is NaN.
+    """Errors of regions against the truth, NaN where one of the two is.
 
     Attributes
     ----------
@@ -60,7 +60,8 @@ class Errors(NamedTuple):
     orientation : (...) array [rad]
         In [0, pi].
     scale : (...) array
-        Logarithm of the ratio of sizes, 0 where they agree.
+        Logarithm of the ratio of sizes, 0 where they agree, and infinite where one
+        has no area.
     """
 
     position: Array
@@ -119,10 +120,12 @@ def errors(regions: ArrayLike, truth: ArrayLike) -> Errors:
     regions, truth : (..., 5) array_like [px, rad]
     """
     found, true = np.asarray(regions, float), np.asarray(truth, float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale = 0.5 * np.log(area(found) / area(true))
     return Errors(
         np.linalg.norm(found[..., :2] - true[..., :2], axis=-1),
         np.abs(wrap_angle(found[..., 2] - true[..., 2])),
-        0.5 * np.log(area(found) / area(true)),
+        scale,
     )
 
 

@@ -231,6 +231,9 @@ def _hues(q: NDArray, hues: int, saturations: int) -> NDArray:
     return colours.reshape(*q.shape[:-1], hues, saturations).sum(-1)
 
 
+#: The squared distances of this module by name.
+#:
+#: :meta hide-value:
 MEASURES = {
     "bhattacharyya": bhattacharyya,
     "smoothed": smoothed,

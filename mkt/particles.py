@@ -332,12 +332,22 @@ def multinomial(weights: ArrayLike, rng: Rng) -> NDArray:
     """Indices (N,) of independent draws by weights (N,): step 1 in [N03].
 
     Each is found by binary search in the cumulative weights.
+
+    Raises
+    ------
+    ValueError
+        For weights that are negative, NaN, all zero, or none at all.
     """
     return search(weights, independent_positions(np.size(weights), rng))
 
 
 def stratified(weights: ArrayLike, rng: Rng) -> NDArray:
     """Indices (N,) by weights (N,): one draw in each of N equal strata of [0, 1).
+
+    Raises
+    ------
+    ValueError
+        For weights that are negative, NaN, all zero, or none at all.
 
     Examples
     --------
@@ -354,6 +364,11 @@ def systematic(weights: ArrayLike, rng: Rng) -> NDArray:
     """Indices (N,) by weights (N,), equally spaced: Algorithm 1 of [C14].
 
     The draws begin at one random start.  With c_1 = w_1, where our copy reads 0.
+
+    Raises
+    ------
+    ValueError
+        For weights that are negative, NaN, all zero, or none at all.
     """
     return search(weights, systematic_positions(np.size(weights), rng))
 
@@ -362,6 +377,11 @@ def residual(weights: ArrayLike, rng: Rng) -> NDArray:
     """Indices (N,) by weights (N,): floor(N w_i) copies of each are certain.
 
     The rest is drawn from what rounding left over.
+
+    Raises
+    ------
+    ValueError
+        For weights that are negative, NaN, all zero, or none at all.
     """
     n = np.size(weights)
     certain, left = whole_and_rest(weights)
@@ -389,8 +409,12 @@ def whole_and_rest(weights: ArrayLike) -> tuple[NDArray, Array]:
     return certain, np.maximum(expected - certain, 0)
 
 
+#: What draws: weights (N,) and a generator in, indices (N,) of ancestors out.
 Scheme = Callable[[ArrayLike, Rng], NDArray]
 # Nobody can enter one: kept runs and other processes would know nothing of it.
+#: The four schemes of resampling by name.
+#:
+#: :meta hide-value:
 SCHEMES: Mapping[str, Scheme] = MappingProxyType(
     {
         "multinomial": multinomial,

@@ -284,7 +284,17 @@ def displaced(
     Returns
     -------
     (..., 5) array [px, rad]
+
+    Raises
+    ------
+    ValueError
+        For a region of another shape, and arrays that do not broadcast.
     """
     dx, dy, dtheta, scale = np.broadcast_arrays(dx, dy, dtheta, scale)
-    cx, cy, theta, hx, hy = np.asarray(region, float)
+    region = np.asarray(region, float)
+    if region.shape != (5,):
+        raise ValueError(
+            f"region has the shape {region.shape}; give one, (cx, cy, theta, hx, hy)"
+        )
+    cx, cy, theta, hx, hy = region
     return np.stack([cx + dx, cy + dy, theta + dtheta, hx * scale, hy * scale], -1)

@@ -69,6 +69,12 @@ def test_disjoint_neighbours_do_not_overlap():
     assert overlap(from_box([0, 0, 0.1, 0.1]), from_box([0.15, 0, 0.1, 0.1])) == 0
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_region_without_area_is_infinitely_small():
+    found = errors([[0, 0, 0, 0, 5], [0, 0, 0, 5, 5]], [0, 0, 0, 5, 5])
+    assert found.scale.tolist() == [-np.inf, 0]
+
+
 def test_hidden_truth_gives_nan():
     truth = np.full((2, 5), np.nan)
     assert np.isnan(overlap(np.ones((2, 5)), truth)).all()

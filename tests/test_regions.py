@@ -91,6 +91,12 @@ def test_size_is_the_half_side_of_the_square_of_the_same_area(region):
     assert np.isclose((2 * size(region)) ** 2, area(region))
 
 
+@pytest.mark.parametrize("region", [[1, 2, 3], np.ones((5, 5)), 3.0])
+def test_displaced_takes_one_region(region):
+    with pytest.raises(ValueError, match="^region has the shape .*give one"):
+        displaced(region, dx=1)
+
+
 def test_displaced_moves_along_the_image_axes_and_turns_and_scales():
     region = [50, 40, 0.3, 20, 10]
     assert displaced(region).tolist() == region

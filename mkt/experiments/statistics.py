@@ -133,11 +133,23 @@ def _mean(values: Array) -> float:
     return float(np.mean(values))
 
 
+#: The median, its exact interval, and the sign test.
+#:
+#: :meta hide-value:
 MEDIAN = Statistic(
     "median", lambda values: float(np.median(values)), _median_ends, _sign_test
 )
+#: The mean, with Student's interval and test.
+#:
+#: :meta hide-value:
 MEAN = Statistic("mean", _mean, _mean_ends, _t_test)
+#: A share of yes or no, with an interval and a test of the binomial distribution.
+#:
+#: :meta hide-value:
 SHARE = Statistic("share", _mean, _share_ends, _share_test)
+#: The difference of two such shares over the same cases, with McNemar's test.
+#:
+#: :meta hide-value:
 PAIRS = Statistic("difference of shares", _mean, _pairs_ends, _mcnemar_test)
 STATISTICS = {one.name: one for one in (MEDIAN, MEAN, SHARE, PAIRS)}
 

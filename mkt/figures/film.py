@@ -20,6 +20,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from mkt.checks import checked_frame, is_number
 from mkt.figures.data_uri import data_uri
 from mkt.plotting import in_style, new_figure
 from mkt.sequences.writing import video_writer
@@ -116,7 +117,8 @@ def play(frames: Iterable[Frame], fps: float, alt: str) -> "HTML":
     Raises
     ------
     ValueError
-        Where there is no picture, or one has another size than the first.
+        Where there is no picture, one is not of uint8 or has another size than the
+        first, and where fps is not above 0.
     """
     from IPython.display import HTML
 
@@ -140,7 +142,9 @@ def webm(frames: Iterable[Frame], fps: float) -> tuple[bytes, Frame]:
 
     The arguments and errors are those of `play`.
     """
-    frames = iter(frames)
+    if not (is_number(fps, 0) and fps > 0):
+        raise ValueError(f"fps is {fps!r}; give pictures a second, above 0")
+    frames = map(checked_frame, frames)
     first = picture = next(frames, None)
     if first is None:
         raise ValueError("there are no pictures, so there is no film")

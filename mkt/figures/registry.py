@@ -57,6 +57,9 @@ COUNTS = FRAMES | {"count", "dof", "largest", "n", "particles", "runs", "seed"}
 
 _listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
 
+#: The figures by name, such as "teuliere2009.fig3".
+#:
+#: :meta hide-value:
 FIGURES = Registry(
     "figure",
     "mkt.papers",

@@ -86,7 +86,9 @@ function begin(panel) {
   for (const control of controls)
     control.addEventListener("input", () => show(control));
   panel.querySelector(".mkt-reset")?.addEventListener("click", () => show());
-  panel.querySelector(".mkt-save").addEventListener("click", save);
+  const button = panel.querySelector(".mkt-save");
+  button.hidden = false; // without this script it could do nothing
+  button.addEventListener("click", save);
   show();
   // Back on the page the browser sets the controls as they were, not the picture.
   addEventListener("pageshow", ({ persisted }) => persisted || show());

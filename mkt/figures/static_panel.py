@@ -115,7 +115,8 @@ class StaticPanel:
         return _TEMPLATES.get_template("static_panel.html").render(
             id=f"{entry.name.replace('.', '-')}-{next(_serial)}",
             entry=entry,
-            caption=caption(entry, self._live),
+            caption=caption(entry),
+            computed=caption(entry, live=True),
             files=FILES,
             width=width(entry),
             image=self._frames[0],

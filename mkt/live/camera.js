@@ -231,6 +231,8 @@ class Tracking {
     };
     this.small = el("canvas", size);
     this.pen = this.small.getContext("2d", { willReadFrequently: true });
+    // Or who tracks before the next picture comes would have nothing learnt.
+    this.pen.drawImage(this.video, 0, 0, size.width, size.height);
     this.stage.ratio = size.height / size.width;
     // Not higher than the screen, where a finger on it draws.
     this.stage.node.style.maxWidth = `${80 / this.stage.ratio}vh`;

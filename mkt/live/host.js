@@ -29,9 +29,20 @@ export const host = {
   },
   // Call `again` when it asks for something else, until what is returned is called.
   heard(again) {
-    addEventListener("hashchange", again);
-    return () => removeEventListener("hashchange", again);
+    const turned = () => {
+      this.carry();
+      again();
+    };
+    addEventListener("hashchange", turned);
+    return () => removeEventListener("hashchange", turned);
   },
+  // A link within the page, such as a heading's, makes an entry without state: what was
+  // moved goes on to it, or a reload would forget it.
+  carry() {
+    if (history.state) this.moved = history.state.moved;
+    else if (this.moved) history.replaceState({ moved: this.moved }, "");
+  },
+  moved: globalThis.history?.state?.moved, // a worker has none
   // Have it carry the settings of a figure, "name=value&...".  Moves that follow one
   // another at once are one step back.
   keep(key, words) {
@@ -44,6 +55,7 @@ export const host = {
     if (!history.state) history.replaceState({ moved }, "");
     const state = { moved: { ...moved, [key]: words } };
     history[on ? "replaceState" : "pushState"](state, "", this.link(key, words));
+    this.moved = state.moved;
     this.kept = now;
   },
   link: (key, words) => `${location.href.split("#")[0]}#${key}${words && "?"}${words}`,

@@ -574,6 +574,9 @@ export function takeOver(panel, ...nodes) {
   });
   live.textContent = still?.textContent ?? "picture of what is shown";
   still?.replaceWith(live);
+  // The caption so far is that of the picture, for readers without JavaScript.
+  const computed = panel.querySelector(":scope > template.mkt-computed");
+  if (computed) panel.querySelector("figcaption").replaceChildren(computed.content);
   panel.prepend(...nodes);
   panel.classList.add("mkt-live");
 }

@@ -28,8 +28,13 @@ class Resampling {
     this.said = el("p", { class: "mkt-note", role: "status" });
     const all = [this.bar, this.weights, this.offspring, this.scatter];
     const stage = el("div", { class: "mkt-stage" }, ...all.map(({ node }) => node));
+    const keys = el(
+      "p",
+      { class: "mkt-note" },
+      "Arrow keys on a picture: lambda (right, left), seed (down, up).",
+    );
     const { node, note } = this.controls;
-    takeOver(panel, node, note, stage, this.said, this.controls.copies());
+    takeOver(panel, node, note, stage, this.said, keys, this.controls.copies());
     const step = ([right, down]) => {
       const { lam, seed } = this.controls.values;
       this.controls.set({ lam: lam + right, seed: seed + down });

@@ -6,4 +6,7 @@ themselves where they are written.
 
 from mkt.registry import Registry
 
+#: The drawn scenes by name, functions ``seed, item, ground -> Scene``.
+#:
+#: :meta hide-value:
 SCENES = Registry("scene", "mkt.scenes", order=str)

@@ -245,8 +245,13 @@ def moments(corners: ArrayLike) -> Array:
     ------
     ValueError
         Where it has no area, is not convex, or its corners do not go round it in order;
-        and where it has no axis, as a square, whose alpha is not defined.
+        and where it has no axis, as a square, whose alpha is not defined.  And for
+        another shape.
     """
+    if np.shape(corners) != (4, 2):
+        raise ValueError(
+            f"corners have the shape {np.shape(corners)}; give (4, 2), four places"
+        )
     points, weights = quadrature(corners)
     a = weights.sum()
     if not (a > 0 and _turn_one_way(np.asarray(corners, float))):

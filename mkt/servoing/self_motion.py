@@ -164,4 +164,7 @@ class Kalman:
         return A, K[:, None], C, K[:1, None]
 
 
-OFF, RAW = Kalman(0.0), Kalman(np.inf)
+#: No compensation of the object's own motion: the law (17) of [T09] alone.
+OFF = Kalman(0.0)
+#: Compensation by the last measurement as it is, unfiltered.
+RAW = Kalman(np.inf)

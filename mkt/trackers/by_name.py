@@ -27,8 +27,14 @@ class _Labels(dict[str, str]):
         return name
 
 
+#: The trackers by name.
+#:
+#: :meta hide-value:
 TRACKERS = Registry("tracker")
-LABELS = _Labels()  # what tables and menus call them
+#: What tables and menus call them, by the same names.
+#:
+#: :meta hide-value:
+LABELS = _Labels()
 SLOW = ("mil",)  # ten times slower than the rest: run less often where it must be quick
 
 

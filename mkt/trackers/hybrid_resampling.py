@@ -11,16 +11,16 @@ Two parts of Algorithm 2 cannot be meant as our copy reads, so they are paramete
 Its acceptance test compares a likelihood of this frame with a normalised weight of the
 last one; after a draw this test accepts whatever has d < sqrt(ln N / lam).  And it
 takes a low N_eff for a sign of an occlusion, but where all places look equally bad, all
-weights are equal and N_eff is high: what it says depends on the ground.  Here the target
-is taken for hidden when the highest likelihood is below a fixed level.  The price is
-that the filter also waits when the object only shows another side; it waits where the
-object was last seen.  A level that follows the likelihoods of the last frames was tried
-on the tuning scenes (`mkt.scenes.drawn`), sixteen of each twin of [C14] and sixteen of
-the turning car of [N03], and is worse there, because the wait ends before the target is
-back: 84.0 against 84.8 % of true positives, 58 against 77 (on the scenes as they were
-before their objects were painted).  On the present twins, accepting every proposal is
-better than the other tests: the target is held in 97.1 % of the frames in which it can
-be seen, with the others in 93.2 to 95.0.
+weights are equal and N_eff is high: what it says depends on the ground.  Here the
+target is taken for hidden when the highest likelihood is below a fixed level.  The
+price is that the filter also waits when the object only shows another side; it waits
+where the object was last seen.  A level that follows the likelihoods of the last frames
+was tried on the tuning scenes (`mkt.scenes.drawn`), sixteen of each twin of [C14] and
+sixteen of the turning car of [N03], and is worse there, because the wait ends before
+the target is back: 84.0 against 84.8 % of true positives, 58 against 77 (on the scenes
+as they were before their objects were painted).  On the present twins, accepting every
+proposal is better than the other tests: the target is held in 97.1 % of the frames in
+which it can be seen, with the others in 93.2 to 95.0.
 """
 
 from dataclasses import dataclass

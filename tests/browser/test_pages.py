@@ -6,6 +6,7 @@ Its pages load, fit, move, play, and can be read by everybody.
 import base64
 import io
 import random
+import re
 from functools import partial
 
 import pytest
@@ -385,6 +386,44 @@ def test_a_search_finds_chapters_before_the_pages_of_the_library(site, browser):
         pages = [found.nth(k).get_attribute("href") for k in range(5)]
         assert pages[0][:2].isdigit(), pages
         assert not any(page.startswith(("api/", "_modules/")) for page in pages)
+    opened.page.close()
+
+
+@pytest.mark.parametrize(
+    "words, page",
+    [
+        ("mkt.track", "api/mkt.tracking.html"),
+        ("mkt.Kernels", "api/mkt.kernels.html"),
+        ("mkt.learn", "api/mkt.histograms.html"),
+        ("SSD.step", "api/mkt.trackers.ssd.html"),
+        ("T09-b", "claims.html"),
+        ("lab 3", "handout/lab_3"),
+        ("chapter 5", "05_"),
+    ],
+)
+def test_who_searches_by_the_full_name_finds_that_first(site, browser, words, page):
+    opened = Opened(browser)
+    opened.page.goto((site / "search.html").as_uri() + f"?q={words}")
+    found = opened.page.locator("ul.search li a").first
+    expect(found).to_have_attribute("href", re.compile(rf"^{page}"))
+    opened.page.close()
+
+
+def test_on_a_narrow_screen_keys_open_and_close_the_lists(site, browser):
+    opened = Opened(browser, NARROW).go(site / f"{CHAPTERS[0]}.html")
+    for list, label in (
+        (".sidebar-drawer", ".nav-overlay-icon"),
+        (".toc-drawer", ".toc-header-icon"),
+    ):
+        drawer = opened.page.locator(list)
+        expect(drawer).to_be_hidden()  # or the tab key went through its links
+        opened.page.locator(label).focus()
+        for key, seen in (("Enter", True), ("Escape", False), (" ", True)):
+            opened.page.keyboard.press(key)
+            expect(drawer).to_be_visible(visible=seen)
+        expect(drawer.get_by_role("link").first).to_be_in_viewport()
+        opened.page.keyboard.press("Escape")
+    assert opened.troubles == []
     opened.page.close()
 
 

@@ -19,6 +19,7 @@ import pytest
 from markdown_it import MarkdownIt
 from PIL import Image, ImageSequence
 
+import mkt
 from mkt.course import slides
 from mkt.course.book import (
     agreement,
@@ -769,7 +770,7 @@ def test_the_site_is_light_and_so_is_every_pdf(site):
         for path in site.rglob("*")
         if path.is_file()
     }
-    assert sum(sizes.values()) < 49e6
+    assert sum(sizes.values()) < 50e6
     assert {
         str(path): size
         for path, size in sizes.items()
@@ -874,6 +875,19 @@ def test_every_module_has_its_page(site):
     assert all(
         (site / "api" / f"{name}.html").is_file() for name in pages.modules()[1:]
     )
+
+
+def test_every_public_name_is_in_the_reference(site):
+    found = set()
+    for name in {*mkt.NAMES.values()}:
+        text = (site / "api" / f"{name}.html").read_text(encoding="utf-8")
+        found |= {one.rpartition(".")[2] for one in re.findall(r'id="([\w.]+)"', text)}
+    assert {*mkt.NAMES} - found == set()
+
+
+def test_the_source_of_a_module_has_a_title_of_its_own(site):
+    text = (site / "_modules" / "mkt" / "regions.html").read_text(encoding="utf-8")
+    assert "<title>Source of mkt.regions" in text
 
 
 def test_every_old_address_of_a_module_is_answered(site, pages_of):

@@ -23,6 +23,16 @@ CODE = {
 }
 
 
+def test_two_who_have_written_nothing_are_no_copies(toy):
+    for student in ("olga", "pete"):
+        hand_in(toy / "submitted" / student / "toy.ipynb", answer())
+    for student in ("ada", "eve"):
+        hand_in(toy / "submitted" / student / "toy.ipynb", answer(six=GOOD["six"]))
+    rows = graded(toy / "submitted", toy / "grades.csv")
+    assert "byte" not in rows["olga"]["note"] + rows["pete"]["note"]
+    assert "byte for byte, as eve" in rows["ada"]["note"]
+
+
 def test_a_copy_with_other_words_round_it_is_noted_for_both_and_on_no_page(toy):
     other = "def six():  # by me\n\n    return (2 * 3)"
     copy = answer(**CODE | {"why": f"Why?\n\n{WHY.upper()} ", "six": other})

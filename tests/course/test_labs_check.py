@@ -119,6 +119,19 @@ def test_commands_of_notebooks_and_a_mark_of_the_editor_cost_nothing(toy, capsys
     assert "  2 of 2  check_add" in capsys.readouterr().out
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_notebook_that_has_lost_its_marks_is_known_by_its_name(toy, capsys):
+    mine = answer(**GOOD)
+    for cell in mine.cells:
+        cell.metadata.clear()
+    hand_in(toy / "toy.ipynb", mine)
+    assert cli.run(cli.parse(["labs", "check", str(toy / "toy.ipynb")])) == 0
+    assert "  2 of 2  check_add" in capsys.readouterr().out
+    hand_in(toy / "other.ipynb", mine)
+    with pytest.raises(SystemExit, match="no checks"):
+        cli.run(cli.parse(["labs", "check", str(toy / "other.ipynb")]))
+
+
 def test_a_command_that_is_not_known_is_named(toy, capsys):
     mine = answer(**GOOD | {"add": "%nosuch\n" + GOOD["add"]})
     hand_in(toy / "mine.ipynb", mine)

@@ -14,6 +14,7 @@ import pytest
 
 from mkt.course import cli
 from mkt.course.labs import handout, notebooks, table
+from mkt.files import ROOT
 from tests.course.toy_lab import hand_in
 
 
@@ -28,6 +29,7 @@ def given(tmp_path_factory):
 def test_nothing_in_it_knows_a_solution_or_a_hidden_check(given):
     assert not (given / "notebooks" / "labs").exists()
     assert not (given / "tests").exists() and not (given / ".git").exists()
+    assert not (given / "COURSE.md").exists()  # it is the teacher's
     for title, lab in notebooks.labs().items():
         for folder in ("handout", "handout/.originals"):
             path = given / "notebooks" / folder / f"{title}.ipynb"
@@ -57,9 +59,10 @@ def test_its_readme_names_the_papers_that_the_labs_cite(given):
 
 
 def test_what_the_links_for_servers_open_is_in_it(given):
+    course = (ROOT / "COURSE.md").read_text(encoding="utf-8")
     links = [
         urllib.parse.unquote(link)
-        for link in re.findall(r"https://[^`)]+", (given / "COURSE.md").read_text())
+        for link in re.findall(r"https://[^`)]+", course)
         if "urlpath=" in link
     ]
     assert {urllib.parse.urlsplit(link).netloc for link in links} == {

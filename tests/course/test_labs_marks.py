@@ -88,6 +88,19 @@ def test_what_a_teacher_types_is_summed_up_and_then_the_page_has_the_model_answe
     assert "Because." in text and "return a + b" in text
 
 
+def test_a_spreadsheet_that_takes_zeros_away_makes_no_other_student(toy):
+    for student in ("0012345", "007"):
+        hand_in(toy / "submitted" / student / "toy.ipynb", answer(**GOOD))
+    grades = toy / "grades.csv"
+    graded(toy / "submitted", grades)
+    text = grades.read_text(encoding="utf-8-sig").replace("\n007,", "\n7,")
+    grades.write_text(text.replace("\n0012345,", "\n12345,"), encoding="utf-8")
+    assert {*graded(toy / "submitted", grades)} == {"0012345", "007"}
+    assert len(table.read(grades)) == 2
+    folders = {path.name for path in (toy / "grades_pages").iterdir() if path.is_dir()}
+    assert folders == {"0012345", "007"}
+
+
 def test_rows_without_a_total_are_named_and_older_ones_are_not(grades, toy, capsys):
     hand_in(toy / "submitted" / "bob" / "toy.ipynb", answer(**GOOD))
     hand_in(toy / "submitted" / "eve" / "toy.zip", "PK")

@@ -1,8 +1,9 @@
 """The pictures of a film, drawn on a figure that has a background of its own."""
 
 import numpy as np
+import pytest
 
-from mkt.figures.film import drawn, stage
+from mkt.figures.film import drawn, play, stage
 
 
 def first_picture(before: str) -> np.ndarray:
@@ -10,6 +11,17 @@ def first_picture(before: str) -> np.ndarray:
     fig, left, _right = stage(2.0, 5)
     left.set_title(before)
     return next(drawn(fig, lambda _: left.set_title("frame 1"), [0]))
+
+
+@pytest.mark.parametrize("fps", [0, -5, np.nan, np.inf, "5"])
+def test_a_film_needs_a_pace(fps):
+    with pytest.raises(ValueError, match="^fps is .*above 0"):
+        play([np.zeros((20, 20, 3), np.uint8)], fps, "black")
+
+
+def test_a_film_is_of_pictures():
+    with pytest.raises(ValueError, match="uint8 RGB"):
+        play([np.zeros((20, 20, 3))], 5, "black")
 
 
 def test_a_title_takes_the_place_of_the_one_that_the_figure_had():

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mkt.figures import explore, show
+from mkt.figures import captions, explore, show
 from mkt.figures import panel as panels
 from mkt.figures import static_panel as page
 from mkt.figures.live import fields
@@ -345,6 +345,18 @@ def test_a_grid_of_which_one_slider_is_fixed_is_none(static):
 def test_a_grid_names_sliders():
     with pytest.raises(ValueError, match="no parameter for slider 'y'"):
         figure("toy.wrong", grid=("x", "y"), x=(0, 1, 1))(lambda fig, *, x=0, y=0: None)
+
+
+def test_the_picture_of_a_live_figure_has_its_own_caption_until_the_page_computes():
+    """Without JavaScript, and on paper, the picture is all that is there."""
+    entry = FIGURES["teuliere2009.fig3"]
+    text = page.StaticPanel(entry, {})._repr_html_()
+    caption, computed = (
+        re.search(rf"<{tag}[^>]*>(.*?)</{tag}>", text, re.S)[1]
+        for tag in ("figcaption", "template")
+    )
+    assert caption == captions.caption(entry)
+    assert computed == captions.caption(entry, live=True) != caption
 
 
 def test_a_picture_without_sliders_has_files_to_save_and_a_caption(static):

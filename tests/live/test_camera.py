@@ -58,7 +58,8 @@ const page = camera(place, { postMessage() {} });
 const opened = [];
 const draws = () => page.stage.node.classList.contains("mkt-drag");
 const before = draws();
-document.createElement("canvas").constructor.prototype.getContext = () => ({});
+const all = document.createElement("canvas").constructor.prototype;
+all.getContext = () => ({ drawImage() {} });
 page.video = {
   videoWidth: data.width, videoHeight: data.height,
   play() {}, pause() {}, requestVideoFrameCallback() {},

@@ -137,6 +137,7 @@ def test_the_alpha_of_a_square_is_the_direction_of_its_hx():
         ("no area", lambda: interaction_matrix([0, 0, 0, 1, 0], UNIT, 0.01)),
         ("no area", lambda: features([0, 0, 0, -1, -1], UNIT)),
         ("no area", lambda: moments(np.zeros((4, 2)))),
+        ("corners have the shape", lambda: moments([[0, 0], [1, 0], [1, 1]])),
         ("crosses itself", lambda: moments([[0, 0], [1, 1], [1, 0], [0, 1]])),
         ("has a dent", lambda: moments([[0, 0], [2, 0], [0.5, 0.5], [0, 2]])),
         ("square", lambda: moments([[0, 0], [1, 0], [1, 1], [0, 1]])),

@@ -3,7 +3,8 @@
 The fields of a NamedTuple are in the Attributes of its docstring; Python's own text on
 each, "Alias for field number 0", says nothing more.  What a module has imported stands
 on the page of another: autodoc would read its source to find that out.  And most pages
-have the sidebar of the others in their folder, since it does not list them.
+have the sidebar of the others in their folder, since it does not list them.  The pages
+of sources are told apart from those of the reference by their titles.
 """
 
 import inspect
@@ -19,6 +20,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     """Called by Sphinx."""
     app.connect("autodoc-skip-member", _skipped)
     app.connect("html-page-context", _Sidebars().serve, priority=BEFORE_THE_THEME)
+    app.connect("html-page-context", _told_apart)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
@@ -31,6 +33,14 @@ def _skipped(
         is_alias = thing.__name__ != name  # which is documented where it is made
         return True if elsewhere and not is_alias else None
     return True if type(thing).__name__ == "_tuplegetter" else None
+
+
+def _told_apart(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], tree: Any
+) -> None:
+    """The source of a module has the title of its reference; let it say so."""
+    if page.startswith("_modules/mkt"):
+        context["title"] = f"Source of {context['title']}"
 
 
 class _Sidebars:

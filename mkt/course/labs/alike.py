@@ -44,13 +44,24 @@ def compared(lab: NotebookNode, notebook: NotebookNode) -> dict[str, Work]:
         if len(text) > LONG and text not in plain_name(questions[question].source)
     }
     pieces = sorted(of_role(lab, "solution").keys() - OWN)
-    theirs, stubs, model = (
-        _code(one, pieces) for one in (notebook, released(lab), lab)
-    )
-    written = [codes - stub for codes, stub in zip(theirs, stubs, strict=True)]
-    if all(written) and theirs != model:
+    written = _written(lab, notebook, pieces)
+    if all(written) and _code(notebook, pieces) != _code(lab, pieces):
         found["all its code"] = written
     return found
+
+
+def is_blank(lab: NotebookNode, notebook: NotebookNode) -> bool:
+    """Whether a student has written nothing; two of these are no copies."""
+    pieces = of_role(lab, "solution")
+    return not answers(lab, notebook) and not any(_written(lab, notebook, pieces))
+
+
+def _written(
+    lab: NotebookNode, notebook: NotebookNode, pieces: Collection[str]
+) -> Work:
+    """What a student has written in each piece of code."""
+    theirs, stubs = (_code(one, pieces) for one in (notebook, released(lab)))
+    return [codes - stub for codes, stub in zip(theirs, stubs, strict=True)]
 
 
 def _code(notebook: NotebookNode, pieces: Collection[str]) -> list[set[str]]:

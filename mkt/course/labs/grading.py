@@ -20,7 +20,7 @@ from nbformat import NotebookNode
 from tqdm import tqdm
 
 from mkt.course.labs import LIMIT, pages, sandbox, table
-from mkt.course.labs.alike import compared
+from mkt.course.labs.alike import compared, is_blank
 from mkt.course.labs.borrowed import borrowed
 from mkt.course.labs.judge import end_all
 from mkt.course.labs.marks import (
@@ -355,13 +355,16 @@ def _recognised(one: Submission, sources: Labs) -> Submission:
 def _odd(found: Iterable[Submission], sources: Labs) -> Odd:
     """What is odd about submissions beside one another, where they can be read."""
     names, work = {}, {}
+    blank = set()
     for one in found:
         with suppress(Exception):  # one failure must not stop the others
             if one.copy and one.lab:
                 notebook = read_notebook(one.copy)
                 names[one.path] = written_name(notebook)
                 work[one.path] = compared(sources[one.lab], notebook)
-    return coincidences(found, names, work)
+                if is_blank(sources[one.lab], notebook):
+                    blank.add(one.path)
+    return coincidences(found, names, work, blank)
 
 
 def _unanswered(aside: str) -> str:

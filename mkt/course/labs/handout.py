@@ -22,6 +22,7 @@ LEFT_OUT = (
     ".pre-commit-config.yaml",
     "notebooks/labs",
     "notebooks/handout",
+    "COURSE.md",  # which tells a teacher what the comparison of copies overlooks
 )
 README = """\
 # Multiple kernel tracking: the course

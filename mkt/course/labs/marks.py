@@ -137,20 +137,22 @@ def merged(lab: NotebookNode, notebook: NotebookNode) -> NotebookNode:
     """A student's notebook with the checks and given cells of the lab.
 
     They take the place of the student's own cells, under the ids that those have.
-    Given cells that are gone are put back behind what stands before them in the lab.
+    Given cells that are gone are put back behind what stands before them in the lab,
+    under new ids where a cell that has lost its marks still has theirs.
     """
     ours = of_role(lab, "check", "given")
     cells = [
         nbformat.from_dict({**(ours.get(name(cell)) or cell), "id": cell.id})
         for cell in notebook.cells
     ]
-    names = [name(cell) for cell in cells]
+    names, ids = [name(cell) for cell in cells], {cell.id for cell in cells}
     place = 0
     for cell in lab.cells:
         if name(cell) in names:
             place = names.index(name(cell)) + 1
         elif role(cell) == "given":
-            cells.insert(place, cell)
+            again = f"{cell.id}-given" if cell.id in ids else cell.id
+            cells.insert(place, nbformat.from_dict({**cell, "id": again}))
             names.insert(place, name(cell))
             place += 1
     return nbformat.v4.new_notebook(cells=cells)

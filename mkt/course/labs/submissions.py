@@ -7,7 +7,7 @@ import hashlib
 import shutil
 import stat
 import unicodedata
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Container, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -219,6 +219,7 @@ def coincidences(
     found: Iterable[Submission],
     names: Mapping[Path, str],
     work: Mapping[Path, Mapping[str, Work]],
+    blank: Container[Path] = (),
 ) -> dict[Path, list[str]]:
     """What is odd about submissions beside one another, {path: sentences}.
 
@@ -232,10 +233,14 @@ def coincidences(
         The name that stands in each notebook, see `mkt.course.labs.variants`.
     work : dict
         What is compared of each, see `mkt.course.labs.alike`.
+    blank : container of Path
+        Those in which nothing is written: that they are the same says nothing.
     """
     graded = [one for one in found if not one.trouble]
     return {
-        one.path: _odd(one, [two for two in graded if two is not one], names, work)
+        one.path: _odd(
+            one, [two for two in graded if two is not one], names, work, blank
+        )
         for one in graded
     }
 
@@ -245,6 +250,7 @@ def _odd(
     others: list[Submission],
     names: Mapping[Path, str],
     work: Mapping[Path, Mapping[str, Work]],
+    blank: Container[Path],
 ) -> list[str]:
     """The sentences about one submission beside the others."""
     written = names.get(one.path, "")
@@ -267,7 +273,11 @@ def _odd(
             if plain and plain_name(names.get(other.path, "")) == plain
         ],
         **same_work,
-        SAME_FILE: [other for other in others if other.sha256 == one.sha256],
+        SAME_FILE: [
+            other
+            for other in others
+            if other.sha256 == one.sha256 and one.path not in blank
+        ],
         SECOND: [other for other in of_lab if other.student == one.student],
     }
     return [f"{words} {_listed(found)}" for words, found in alike.items() if found]

@@ -6,6 +6,7 @@ for a formula, and characters that steer a terminal, are made harmless.
 
 import csv
 import io
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -76,7 +77,16 @@ def read(path: Path) -> list[Row]:
             "write one above it, in the first line",
         )
     named = [{key: value or "" for key, value in row.items() if key} for row in rows]
-    return [row for row in named if any(row.values())]
+    return [_with_zeros(row) for row in named if any(row.values())]
+
+
+def _with_zeros(row: Row) -> Row:
+    """A row whose student has the zeros again that a spreadsheet took from a number."""
+    folder = re.split(r"[/\\]", row["file"])[0]
+    number = row["student"]
+    both = folder.isdecimal() and number.isdecimal()
+    same = both and folder.lstrip("0") == number.lstrip("0")
+    return row | {"student": folder} if same else row
 
 
 def _has_columns(path: Path, names: Iterable[str]) -> None:
