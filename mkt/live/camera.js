@@ -231,8 +231,7 @@ class Tracking {
     };
     this.small = el("canvas", size);
     this.pen = this.small.getContext("2d", { willReadFrequently: true });
-    // Or who tracks before the next picture comes would have nothing learnt.
-    this.pen.drawImage(this.video, 0, 0, size.width, size.height);
+    this.blank = true; // nothing can be learnt before its first picture
     this.stage.ratio = size.height / size.width;
     // Not higher than the screen, where a finger on it draws.
     this.stage.node.style.maxWidth = `${80 / this.stage.ratio}vh`;
@@ -257,6 +256,7 @@ class Tracking {
     if (this.busy) return;
     const { width, height } = this.small;
     this.pen.drawImage(this.video, 0, 0, width, height);
+    this.blank = false;
     if (!this.tracking) return this.stage.redraw();
     this.ask("step");
   }
@@ -279,7 +279,7 @@ class Tracking {
         "First draw a box round something: with the mouse, a finger, " +
           "or the arrow keys.",
       );
-    if (this.busy) return setTimeout(() => this.start(), 5);
+    if (this.busy || this.blank) return setTimeout(() => this.start(), 5);
     this.history = [];
     this.learning = true;
     this.ask("learn");

@@ -39,10 +39,11 @@ export const host = {
   // A link within the page, such as a heading's, makes an entry without state: what was
   // moved goes on to it, or a reload would forget it.
   carry() {
-    if (history.state) this.moved = history.state.moved;
-    else if (this.moved) history.replaceState({ moved: this.moved }, "");
+    if (!history.state && this.moved && location.hash)
+      history.replaceState({ moved: this.moved }, "");
+    this.moved = history.state?.moved;
   },
-  moved: globalThis.history?.state?.moved, // a worker has none
+  moved: globalThis.history?.state?.moved, // outside a browser there is none
   // Have it carry the settings of a figure, "name=value&...".  Moves that follow one
   // another at once are one step back.
   keep(key, words) {

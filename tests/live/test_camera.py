@@ -59,7 +59,7 @@ const opened = [];
 const draws = () => page.stage.node.classList.contains("mkt-drag");
 const before = draws();
 const all = document.createElement("canvas").constructor.prototype;
-all.getContext = () => ({ drawImage() {} });
+all.getContext = () => ({});
 page.video = {
   videoWidth: data.width, videoHeight: data.height,
   play() {}, pause() {}, requestVideoFrameCallback() {},

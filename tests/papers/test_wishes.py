@@ -98,7 +98,7 @@ def test_hard_bins_are_the_same_ones_on_the_same_scenes():
         return hard[kind, bins] if name == "bhattacharyya" else 1.0
 
     gains = {part.text: part.values for part in wishes.neighbours_help(value)}
-    assert len(gains) == 4 * 4
+    assert len(gains) == 5 * 4
     for text, gain in gains.items():
         *_, kind, bins = text.split(", ")
         few = text.startswith("110 hard bins over")

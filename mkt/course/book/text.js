@@ -38,8 +38,9 @@ function tellsItsWidth(place) {
   const reached = place.hasAttribute("tabindex");
   const see = () => {
     note.hidden = place.scrollWidth <= place.clientWidth + 1;
-    if (!reached) place.toggleAttribute("tabindex", !note.hidden);
-    if (!reached && !note.hidden) place.tabIndex = 0; // or no key could move it
+    if (reached) return;
+    if (note.hidden) place.removeAttribute("tabindex");
+    else place.tabIndex = 0; // or no key could move it
   };
   place.after(note);
   see();

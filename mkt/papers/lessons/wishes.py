@@ -194,7 +194,7 @@ def neighbours_help(value: Callable[..., Array]) -> list[Part]:
     before the runs.  That few hard bins may do as much there was asked last of all.
     """
     parts, names = [], ("soft votes", "smoothed", "quadratic", "earth mover")
-    cells = (("light", "110 bins"), ("light", "930 bins"), ("noise", "930 bins"))
+    cells = [(kind, bins) for kind in ("light", "noise") for bins in BINS]
     for kind, bins in cells:
         hard = value(kind, f"bhattacharyya, {bins}", "overlap")
         for name in names:
