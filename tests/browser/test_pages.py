@@ -411,11 +411,11 @@ def test_who_searches_by_the_full_name_finds_that_first(site, browser, words, pa
 
 def test_on_a_narrow_screen_keys_open_and_close_the_lists(site, browser):
     opened = Opened(browser, NARROW).go(site / f"{CHAPTERS[0]}.html")
-    for list, label in (
+    for drawn, label in (
         (".sidebar-drawer", ".nav-overlay-icon"),
         (".toc-drawer", ".toc-header-icon"),
     ):
-        drawer = opened.page.locator(list)
+        drawer = opened.page.locator(drawn)
         expect(drawer).to_be_hidden()  # or the tab key went through its links
         opened.page.locator(label).focus()
         for key, seen in (("Enter", True), ("Escape", False), (" ", True)):

@@ -9,8 +9,8 @@ from mkt.course import cli
 from mkt.course.labs import checking
 from mkt.course.labs.borrowed import USES
 from mkt.course.labs.judge import SAID, judged
-from mkt.course.labs.marks import faults
-from mkt.course.labs.notebooks import headings, of_role, released
+from mkt.course.labs.marks import faults, merged
+from mkt.course.labs.notebooks import headings, labs, of_role, released
 from mkt.course.labs.student import CELLS, DIED, ENDS, OVER, Cell
 from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
 
@@ -117,6 +117,16 @@ def test_commands_of_notebooks_and_a_mark_of_the_editor_cost_nothing(toy, capsys
     (toy / "mine.ipynb").write_bytes(marked)
     cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")]))
     assert "  2 of 2  check_add" in capsys.readouterr().out
+
+
+@pytest.mark.filterwarnings("error")  # of ids that nbformat finds twice
+@pytest.mark.parametrize("title", labs())
+def test_given_cells_are_put_back_beside_those_that_have_lost_their_marks(title):
+    mine = released(labs()[title])
+    for cell in mine.cells:
+        cell.metadata.clear()
+    both = merged(released(labs()[title]), mine).cells
+    assert [cell for cell in both if cell.id.endswith("-given")]
 
 
 @pytest.mark.filterwarnings("error")
