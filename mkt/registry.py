@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from threading import RLock
-from typing import Any
+from typing import Any, ClassVar
 
 
 class Registry(Mapping):
@@ -33,9 +33,9 @@ class Registry(Mapping):
         A command that lists the names, for a message in which they would be too many.
     """
 
-    # Whether a module was stopped half-way, by an error or Ctrl-C: imported once more,
-    # it registers again what it had registered, and in any registry.
-    _stopped = False
+    # Packages of which a module was stopped half-way, by an error or Ctrl-C: imported
+    # once more, it registers again what it had registered, and in any registry.
+    _stopped: ClassVar[set[str]] = set()
 
     def __init__(
         self,
@@ -89,8 +89,9 @@ class Registry(Mapping):
                     import_all(package)
                 except BaseException:
                     self._package = package  # not all were imported
-                    Registry._stopped = True
+                    Registry._stopped.add(package)
                     raise
+                Registry._stopped.discard(package)
 
 
 class UnknownName(KeyError, ValueError):  # KeyError is what a Mapping raises

@@ -109,12 +109,14 @@ def test_a_discovery_that_was_stopped_can_be_taken_up_again(tmp_path, monkeypatc
         "drawer.things.add('b', 2)\n"
     )
     package(tmp_path, monkeypatch, "drawer", one=stopping)
-    monkeypatch.setattr(Registry, "_stopped", False)
+    monkeypatch.setattr(Registry, "_stopped", set())
     import drawer
 
     with pytest.raises(KeyboardInterrupt):
         set(drawer.things)
     assert dict(drawer.things) == {"a": 1, "b": 2}
+    with pytest.raises(ValueError, match="a: registered twice"):
+        drawer.things.add("a", 3)
 
 
 def test_a_second_thread_waits_for_all_names(tmp_path, monkeypatch):

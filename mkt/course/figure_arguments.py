@@ -54,8 +54,8 @@ def _short(entry: Entry) -> dict[str, str]:
 def parameters(entry: Entry, assignments: Iterable[str]) -> dict[str, Any]:
     """The parameters of a figure from words ``name=value``.
 
-    Each value has the type of the paper's value.  Numbers need not be positions of a
-    slider, but words must be.
+    What counts is a whole number, and other numbers are floats.  Numbers need not be
+    positions of a slider, but words must be.
 
     Raises
     ------
@@ -101,10 +101,8 @@ def own_tracker(entry: Entry, name: str) -> tuple[Entry, dict[str, str]]:
 def _value(entry: Entry, name: str, text: str) -> Any:
     positions = entry.values(name) if name in entry.sliders else []
     known = [entry.defaults[name], *positions]
-    # 5 among 2.5 and 10 is a float that was written short.
-    kind = max(map(type, known), key=(str, bool, int, float).index)
-    if kind in (int, float):
-        return _number(name, text, kind)
+    if entry.is_number(name):
+        return _number(name, text, int if entry.is_whole(name) else float)
     choices = {label(value): value for value in known}  # as a page writes them
     choices |= {str(value): value for value in known}
     if positions and text not in choices:

@@ -52,8 +52,8 @@ SIGNED = ("dx", "shift", "tilt", "turn", "turned")
 LEAST = dict.fromkeys((*ZERO, "threshold"), 0.0)
 LEAST |= dict.fromkeys((*SIGNED, "epsilon"), -math.inf)
 # Parameters of any figure that count something, or number it.
-FRAMES = {"frame", "k", "ahead", "later", "delay", "occlusion"}
-COUNTS = FRAMES | {"count", "dof", "largest", "n", "particles", "runs", "seed"}
+COUNTS = {"frame", "k", "ahead", "later", "delay", "occlusion", "seed"}
+COUNTS |= {"count", "dof", "largest", "n", "particles", "runs"}
 
 _listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
 
@@ -186,6 +186,15 @@ class Entry:
     def _text(self) -> list[str]:
         return (inspect.getdoc(self.function) or "").split("\n\n")
 
+    def is_number(self, name: str) -> bool:
+        """Whether a parameter takes numbers, those of its slider and others."""
+        default = self.defaults[name]
+        return isinstance(default, Real) and not isinstance(default, bool)
+
+    def is_whole(self, name: str) -> bool:
+        """Whether a parameter takes whole numbers alone, for it counts something."""
+        return name in COUNTS
+
     def values(self, name: str) -> list[Any]:
         """All positions of a slider; the default is always among them."""
         positions = self.sliders[name]
@@ -235,7 +244,9 @@ class Entry:
             fits, need = self._need(name, value)
             if not fits:
                 raise ValueError(f"{self.name}: {name} is {value!r}; {need}")
-        counts = {name: int(parameters[name]) for name in COUNTS & parameters.keys()}
+        counts = {
+            name: int(parameters[name]) for name in filter(self.is_whole, parameters)
+        }
         with in_style(), one_thread(), _heard(progress):
             fig = new_figure(self.size, dpi)
             return fig, self.function(fig, **(self.defaults | parameters | counts))
@@ -244,9 +255,9 @@ class Entry:
         """Whether a value is such a one as its slider shows, and in words what is."""
         default = self.defaults[name]
         listed = self.values(name) if name in self.sliders else [default]
-        if isinstance(default, Real) and not isinstance(default, bool):
+        if self.is_number(name):
             least = LEAST.get(name, min(listed))
-            return _such_a_number(value, least, whole=name in COUNTS)
+            return _such_a_number(value, least, self.is_whole(name))
         if isinstance(default, str) and name in self.sliders:
             return value in listed, f"it takes {', '.join(map(repr, listed))}"
         return True, ""

@@ -118,19 +118,19 @@ class Kalman:
     def gain(self) -> Array:
         """K (2,) = P H^T / (H P H^T + R).
 
-        P is the steady covariance that `control.dlqe` finds.
+        P is the steady covariance, from scipy, as `control.dlqe` has it: the package
+        control takes a second to import.
         """
         if self.ratio == 0:
             return locked(np.zeros(2))
         if np.isinf(self.ratio):
             return locked(np.array([1.0, self.rho]))
-        import control
+        from scipy.linalg import solve_discrete_are
 
-        F = self.transition
         H = np.array([[1.0, 0.0]])
         Q = np.diag([0.0, self.ratio])
-        R = 1.0
-        _, P, _ = control.dlqe(F, np.eye(2), H, Q, R)
+        R = np.eye(1)
+        P = solve_discrete_are(self.transition.T, H.T, Q, R)
         return locked(P[:, 0] / (P[0, 0] + 1))
 
     def step(self, state: Array, z: Array) -> Array:

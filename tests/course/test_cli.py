@@ -293,7 +293,7 @@ def test_figure_writes_the_format_of_the_ending(tmp_path, ending, magic):
 
 
 PICTURE = (FIGURE, "-o", "x.png")
-LIKENESS = ("teuliere2009.fig3", "-o", "x.csv")
+CROWD = ("nummiaro2003.fig5", "-o", "x.csv")
 MISTAKES = [
     (
         ("ghosts", "-o", "x.png"),
@@ -310,8 +310,8 @@ MISTAKES = [
     ),
     ((*PICTURE, "--set", "span"), "'span' is not NAME=VALUE"),
     ((*PICTURE, "--set", "span=wide"), "not a number of type float"),
-    ((*LIKENESS, "--set", "extent=9007199254740993"), "beyond 2^53; choose a smaller"),
-    ((*LIKENESS, "--set", f"extent=-{10**400}"), "beyond 2^53; choose a smaller"),
+    ((*CROWD, "--set", "particles=9007199254740993"), "beyond 2^53; choose a smaller"),
+    ((*CROWD, "--set", f"particles=-{10**400}"), "beyond 2^53; choose a smaller"),
     ((*PICTURE, "--set", "span=nan"), "span=nan: not a finite number"),
     (
         ("own.chance", "-o", "x.png", "--set", "epsilon=-1"),
@@ -398,6 +398,9 @@ def test_figure_takes_set_once_or_often_and_numbers_between_the_positions():
         args = cli.parse(["figure", "teuliere2009.fig6", "-o", "x.pdf", *words])
         chosen = parameters(FIGURES[args.id], args.set)
         assert chosen == {"particles": 100, "threshold": 0.5}
+    # A length whose slider stands at whole pixels.
+    chosen = parameters(FIGURES["teuliere2009.fig3"], ["extent=12.5"])
+    assert chosen == {"extent": 12.5}
     words = ["fps=7.5", "compensation=off"]
     chosen = parameters(FIGURES["teuliere2009.fig10"], words)
     assert chosen == {"fps": 7.5, "compensation": "off"}

@@ -37,6 +37,15 @@ def test_a_figure_that_a_chapter_shows_twice_has_one_slide():
     assert found == ["teuliere2009.fig1"]
 
 
+def test_an_answer_follows_the_first_figure_alone():
+    predict = "## Predict: more?\n\nLook.\n<details><summary>A</summary>Yes.</details>"
+    figures = [f'mkt.show("teuliere2009.fig{k}")' for k in (1, 2)]
+    cells = [nbformat.v4.new_markdown_cell(predict)]
+    cells += map(nbformat.v4.new_code_cell, figures)
+    kinds = [slide.kind for slide in slides._body(cells)]
+    assert kinds == ["text", "figure", "text", "figure"]
+
+
 def test_equations_of_exercises_are_no_slide():
     text = "## Exercises\n\n$$ x = 1 $$\n"
     assert not list(slides._equations(text, ""))

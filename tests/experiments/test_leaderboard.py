@@ -590,6 +590,19 @@ def test_a_tracker_that_draws_in_its_second_step_draws():
     assert draws(DrawsLater())
 
 
+def test_a_place_has_each_mean_over_runs_first_and_then_over_sequences():
+    """Sequence a has one run, and b three."""
+    of_b = {"hits": 0.8, "hits_of_all": 0.6, "area": 0.4, "lost": 0.5, "cpu_ms": 6.0}
+    rows = [row("ssd", "a", 0, 0.9), *(row("ssd", "b", k, 0.3, **of_b) for k in "012")]
+    (place,) = ranking(board(*rows))
+    assert place.overlap == pytest.approx((0.9 + 0.3) / 2)
+    assert place.hits == pytest.approx((1.0 + 0.8) / 2)
+    assert place.hits_of_all == pytest.approx((0.9 + 0.6) / 2)
+    assert place.area == pytest.approx((0.9 + 0.4) / 2)
+    assert place.lost == pytest.approx((0.0 + 0.5) / 2)
+    assert place.cpu_ms == 6.0
+
+
 def test_hits_of_all_frames_stand_under_their_own_head():
     place = Place("ssd", (1, 1), 0.5, (0.4, 0.6), None, 0.9, 0.7, 0.5, 0.0, 1.0, {}, [])
     row = dict(zip(HEAD, overall([place])[0], strict=True))

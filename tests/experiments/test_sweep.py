@@ -286,14 +286,15 @@ def test_a_broken_source_is_told_after_the_others_are_kept(kept):
     assert rows_in(kept) == [0, 1]
 
 
-class Lacking(SSD):
-    def step(self, state, frame, rng):
-        raise DataError("model.npz", "no such file", "check the spelling")
+def lacking(*_):
+    raise DataError("model.npz", "no such file", "check the spelling")
 
 
-def test_what_a_tracker_lacks_is_no_fault_of_the_source():
+@pytest.mark.parametrize("method", ["init", "step"])
+def test_what_a_tracker_lacks_is_no_fault_of_the_source(method):
+    tracker = type("Lacking", (SSD,), {method: lacking})()
     with pytest.raises(DataError, match="model.npz"):
-        sweeps.rows_of(short_jobs(1, Lacking()), 1)
+        sweeps.rows_of(short_jobs(1, tracker), 1)
 
 
 def test_a_tracker_that_does_not_tell_its_cost_has_a_row_without_it():

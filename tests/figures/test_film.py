@@ -41,3 +41,30 @@ def test_a_title_is_drawn_again_once_the_film_is_over():
     fig, left, _right = stage(2.0, 5)
     list(drawn(fig, lambda _: None, range(2)))
     assert not left.title.get_animated()
+
+
+def test_a_picture_keeps_nothing_of_the_one_before():
+    fig, left, _right = stage(2.0, 5)
+
+    def draw(k):
+        left.plot([0, 1], [k, 1 - k], "black")
+
+    left.set(xlim=(0, 1), ylim=(0, 1))
+    (alone,) = drawn(fig, draw, [1])
+    _, second = drawn(fig, draw, [0, 1])
+    assert np.array_equal(second, alone)
+
+
+@pytest.mark.parametrize("black_above", [False, True])
+def test_what_stands_above_in_the_figure_stands_above_in_the_picture(black_above):
+    fig, left, _right = stage(2.0, 5)
+    left.set(xlim=(0, 1), ylim=(0, 1))
+
+    def draw(_):
+        left.plot([0, 1], [0.5, 0.5], "black", lw=9, zorder=3 if black_above else 1)
+        left.plot([0, 1], [0.5, 0.5], "white", lw=9, zorder=2)
+
+    (picture,) = drawn(fig, draw, [0])
+    height, width = picture.shape[:2]
+    middle = picture[height // 3 : -height // 3, width // 5 : width // 3]
+    assert (middle.min() < 50) == black_above

@@ -53,6 +53,7 @@ SAMPLE, MEAN, FOUND, MISSED = "black", "white", "#d62728", "#737373"
 ANNOTATED, PLAIN, PALE = "#f0e442", "0.3", "0.55"
 PERSON, CAR, _ = CONTRAST
 TARGETS = {"person": PERSON, "car": CAR}  # of the parking place
+EXTENT = 40  # [px] of the surface of figure 2, to each side of the truth
 
 # The printed box, step by step, and what does it here.
 STEPS: dict[str, tuple[list[str], tuple[Callable, ...]]] = {
@@ -185,7 +186,6 @@ def fig2(
     sigma: float = 0.1,
     bins: str = "rgb 8x8x8",
     elliptic: bool = False,
-    extent: int = 40,
 ) -> Shown:
     """The samples on a face, and the surface of the Bhattacharyya coefficient round it.
 
@@ -205,7 +205,7 @@ def fig2(
     at_most(len(clip) - 1, frame=frame)
     truth = clip.truth[frame]
     mean, samples = _on_the_face(tracker, frame)
-    offsets = np.arange(-extent, extent + 1.0)
+    offsets = np.arange(-EXTENT, EXTENT + 1.0)
     places = displaced(truth, offsets, offsets[:, None])
     model = tracker.learn(clip.frames[0], clip.truth[0])
     rho = coefficients(tracker, clip.frames[frame], places, model)
@@ -219,11 +219,11 @@ def fig2(
         f"top of the hill {off[1]:.0f} px"
     )
     show_frame(left, clip.frames[frame], title)
-    _draw_ellipses(left, samples[:30], mean, truth, extent)
+    _draw_ellipses(left, samples[:30], mean, truth)
     place = (0.48, 0.02, 0.52, 0.92)
     right = fig.add_axes(place, projection="3d", computed_zorder=False)
     points = {"sample": samples, "mean": mean[None], "top": best[None]}
-    standing = _on_the_surface(points, truth, rho, extent)
+    standing = _on_the_surface(points, truth, rho)
     _draw_coefficients(right, offsets, rho, standing)
     surface = grid_columns({"y [px]": offsets}, {"x [px]": offsets}, coefficient=rho)
     surface.insert(0, "drawn", "surface")
@@ -264,28 +264,26 @@ def _standing(regions: Regions) -> Array:
 
 
 def _on_the_surface(
-    points: Mapping[str, Regions], truth: Region, rho: Array, extent: int
+    points: Mapping[str, Regions], truth: Region, rho: Array
 ) -> pd.DataFrame:
     """Where centres stand on the surface round the truth, as far as they are on it."""
     parts = []
     for name, regions in points.items():
         x, y = (regions[:, :2] - truth[:2]).T
-        on = (np.abs(x) <= extent) & (np.abs(y) <= extent)
-        row, column = np.rint([y[on], x[on]]).astype(int) + extent
+        on = (np.abs(x) <= EXTENT) & (np.abs(y) <= EXTENT)
+        row, column = np.rint([y[on], x[on]]).astype(int) + EXTENT
         place = {"y [px]": y[on], "x [px]": x[on], "coefficient": rho[row, column]}
         parts.append(pd.DataFrame({"drawn": name} | place))
     return pd.concat(parts)
 
 
-def _draw_ellipses(
-    ax: Axes, samples: Regions, mean: Region, truth: Region, extent: int
-) -> None:
+def _draw_ellipses(ax: Axes, samples: Regions, mean: Region, truth: Region) -> None:
     """The samples, the mean state and the annotation, and where the surface is."""
     for sample in samples:
         draw_ellipse(ax, sample, SAMPLE, lw=0.6)
     draw_ellipse(ax, truth, ANNOTATED, lw=1.5)
     draw_ellipse(ax, mean, MEAN, lw=2.2)
-    draw_box(ax, [*truth[:2], 0, extent, extent], color=ANNOTATED, lw=1.2, ls=":")
+    draw_box(ax, [*truth[:2], 0, EXTENT, EXTENT], color=ANNOTATED, lw=1.2, ls=":")
     for label, color in {
         "samples": SAMPLE,
         "mean": MEAN,
