@@ -83,6 +83,15 @@ def test_what_was_deleted_or_edited_counts_as_we_wrote_it_as_where_it_is_graded(
     assert graded(toy / "in", toy / "grades.csv")["ada"]["points"] == "1"
 
 
+def test_a_check_that_was_deleted_judges_what_stands_where_it_stood(toy, capsys):
+    """And not what is tried at the end."""
+    mine = answer(**GOOD | {"check_add": None})
+    mine.cells.append(nbformat.v4.new_code_cell("add = 5"))
+    hand_in(toy / "mine.ipynb", mine)
+    cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")]))
+    assert "  2 of 2  check_add" in capsys.readouterr().out.splitlines()
+
+
 def test_the_cells_of_a_solution_and_of_an_answer_that_are_gone_are_named(toy, capsys):
     hand_in(toy / "mine.ipynb", answer(**GOOD | {"six": None, "why": None}))
     assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1
@@ -126,7 +135,7 @@ def test_given_cells_are_put_back_beside_those_that_have_lost_their_marks(title)
     for cell in mine.cells:
         cell.metadata.clear()
     both = merged(released(labs()[title]), mine).cells
-    assert [cell for cell in both if cell.id.endswith("-given")]
+    assert [cell for cell in both if cell.id.endswith("-again")]
 
 
 @pytest.mark.filterwarnings("error")

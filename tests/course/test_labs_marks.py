@@ -10,7 +10,6 @@ import pytest
 from mkt.course import cli
 from mkt.course.labs import grading, marks, pages, table
 from mkt.course.labs.notebooks import headings, labs, name, of_role, released
-from mkt.course.labs.submissions import GONE
 from mkt.files import PACKAGE, ROOT
 from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in, meta
 
@@ -139,28 +138,46 @@ def test_pages_with_model_answers_stay_when_more_is_graded(grades, toy):
     assert "Because." in page(grades, "bob")
 
 
+def test_a_check_that_a_teacher_gives_all_points_is_not_found_fault_with(toy):
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(six=GOOD["six"]))
+    graded(toy / "submitted", toy / "grades.csv")
+    fault = "check_add: "
+    assert fault in page(toy / "grades.csv", "ada")
+    rows = [row | {"check_add": "2"} for row in table.read(toy / "grades.csv")]
+    table.write(toy / "grades.csv", rows[0], rows, ",")
+    merged(toy / "grades.csv")
+    assert fault not in page(toy / "grades.csv", "ada")
+    assert "3 of 6 points" in page(toy / "grades.csv", "ada")
+
+
 def test_points_that_were_typed_are_on_the_page_after_the_next_run(grades, toy):
     typed(grades, "2,5")
     graded(toy / "submitted", grades)
     assert "3,5 of 6 points" in page(grades, "ada")
 
 
-def test_a_row_says_that_its_file_is_gone_and_its_page_does_not(grades, toy):
+def states_in(output):
+    """The state of each file of a table."""
+    return {row["file"]: row["state"] for row in table.read(output)}
+
+
+def test_a_file_that_was_moved_has_one_page(grades, toy):
+    """Two would look like two marks."""
     folder = toy / "submitted"
     first, second = folder / "ada" / "toy.ipynb", folder / "ada_toy.ipynb"
     first.rename(second)
     graded(toy / "submitted", grades)
-    notes = {row["file"]: row["note"].splitlines() for row in table.read(grades)}
-    assert notes["ada/toy.ipynb"][0] == GONE and GONE not in notes["ada_toy.ipynb"]
-    written = (toy / "grades_pages" / "ada").glob("*.html")
-    assert [GONE in one.read_text(encoding="utf-8") for one in written] == [False] * 2
+    states = states_in(grades)
+    assert states["ada/toy.ipynb"] == "gone" and states["ada_toy.ipynb"] == ""
+    assert len(list((toy / "grades_pages" / "ada").glob("*.html"))) == 1
     second.rename(first)
     graded(toy / "submitted", grades)
-    notes = {row["file"]: row["note"].splitlines() for row in table.read(grades)}
-    assert GONE in notes["ada_toy.ipynb"] and GONE not in notes["ada/toy.ipynb"]
+    states = states_in(grades)
+    assert states["ada_toy.ipynb"] == "gone" and states["ada/toy.ipynb"] == ""
+    assert len(list((toy / "grades_pages" / "ada").glob("*.html"))) == 1
 
 
-def test_a_file_that_is_gone_has_no_total_and_its_page_stays(grades, toy):
+def test_a_file_that_is_gone_has_neither_total_nor_page(grades, toy):
     """Points that were typed stay too, and all is as before when it is there again."""
     typed(grades, "2,5")
     merged(grades)
@@ -170,11 +187,11 @@ def test_a_file_that_is_gone_has_no_total_and_its_page_stays(grades, toy):
     graded(toy / "submitted", grades)
     for row in (table.read(grades)[0], merged(grades)[0]):
         assert (row["why"], row["points"], row["total"]) == ("2,5", "1", "")
-        assert "3,5 of 6 points" in page(grades, "ada")
-        assert "Because." in page(grades, "ada")
+        assert not (toy / "grades_pages" / "ada").exists()
     (toy / "aside").rename(toy / "submitted" / "ada")
     graded(toy / "submitted", grades)
     assert table.read(grades)[0] == before
+    assert "3,5 of 6 points" in page(grades, "ada")
 
 
 def test_points_typed_for_text_in_another_place_go_with_that_text_alone(toy):
@@ -255,11 +272,35 @@ def test_a_file_that_is_handed_in_again_keeps_the_points_of_the_same_answer(
         "3": "5,5",
     }
     assert found["1"]["why"] == "2,5"
-    assert found["1"]["note"].splitlines()[0] == grading.OLDER
-    assert found["3"]["note"] == ""
+    assert found["1"]["state"] == "older"
+    assert found["3"]["state"] == found["3"]["note"] == ""
     assert "5,5 of 6 points" in page(grades, "ada")
     merged(grades)
     assert "5,5 of 6 points" in page(grades, "ada")
+
+
+@pytest.mark.parametrize("note", ["", "an older version.", "what a teacher wrote"])
+def test_no_words_in_a_note_make_an_older_version_count(grades, toy, note):
+    """A sum over the totals would count two versions."""
+    typed(grades, "2,5")
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", answer(**GOOD))
+    graded(toy / "submitted", grades)
+    rows = [row | {"note": note} for row in table.read(grades)]
+    table.write(grades, rows[0], rows, ",")
+    assert [row["total"] for row in merged(grades) if row["student"] == "ada"].count(
+        ""
+    ) == 1
+
+
+def test_a_table_without_states_is_not_summed_up_before_it_has_them(grades, toy):
+    rows = table.read(grades)
+    columns = [name for name in rows[0] if name != "state"]
+    table.write(grades, columns, [{n: row[n] for n in columns} for row in rows], ",")
+    with pytest.raises(ValueError, match="no column is called state; `labs grade`"):
+        grading.merge(grades)
+    graded(toy / "submitted", grades)
+    grading.merge(grades)
+    assert "state" in table.read(grades)[0]
 
 
 def test_points_of_another_answer_stay_in_the_older_row_and_the_new_one_says_so(
@@ -294,8 +335,8 @@ def test_a_version_that_is_handed_in_once_more_is_no_longer_an_older_one(grades,
     for text in (answer(**GOOD), first):
         hand_in(toy / "submitted" / "ada" / "toy.ipynb", text)
         graded(toy / "submitted", grades)
-    notes = {row["points"]: row["note"] for row in table.read(grades)}
-    assert grading.OLDER not in notes["1"] and notes["3"] == grading.OLDER
+    states = {row["points"]: row["state"] for row in table.read(grades)}
+    assert states == {"1": "", "3": "older"}
     assert "<strong>1 of 3 points</strong>" in page(grades, "ada")
 
 
@@ -368,7 +409,7 @@ def test_a_file_that_is_moved_keeps_its_points_and_those_of_others_stay_theirs(
     graded(toy / "submitted", grades)
     found = {row["file"]: row for row in table.read(grades)}
     assert found["ada_toy.ipynb"]["why"] == "2"
-    assert found["ada/toy.ipynb"]["note"].splitlines()[0] == GONE
+    assert found["ada/toy.ipynb"]["state"] == "gone"
     assert found["bob/toy.ipynb"]["why"] == ""
 
 
@@ -612,7 +653,7 @@ def test_a_word_for_points_is_found_before_anything_is_graded(grades, monkeypatc
 
 
 @pytest.mark.parametrize(
-    "words", [grading.OURS, f"x\\n{grading.OLDER}\\nthe same file, as bob/toy.ipynb"]
+    "words", [grading.OURS, "x\\nthe same file, byte for byte, as bob/toy.ipynb"]
 )
 def test_no_student_can_write_our_notes(toy, words):
     said = f"def add(a, b):\n    raise ValueError({words!r})"
@@ -665,7 +706,7 @@ def test_a_failed_row_whose_file_is_gone_stays_and_is_graded_when_it_is_back(
     (toy / "submitted" / "ada").rename(toy / "aside")
     graded(toy / "submitted", failed)
     assert typed_in(failed)[0] == ("2", "2,5", "see me")
-    assert table.read(failed)[0]["note"].splitlines()[0] == GONE
+    assert table.read(failed)[0]["state"] == "gone"
     (toy / "aside").rename(toy / "submitted" / "ada")
     graded(toy / "submitted", failed)
     assert typed_in(failed)[0] == ("2", "3", "see me")
@@ -676,8 +717,12 @@ def test_a_failed_row_whose_file_was_handed_in_again_stays_as_an_older_one(faile
     again = answer(**GOOD | {"why": "Why?\n\nNow I know."})
     hand_in(toy / "submitted" / "ada" / "toy.ipynb", again)
     graded(toy / "submitted", failed)
-    notes = {row["points"]: row["note"].splitlines()[0] for row in table.read(failed)}
-    assert notes == {"2,5": grading.OLDER, "3": pages.TYPED_ELSEWHERE}
+    found = {row["points"]: row for row in table.read(failed)}
+    assert {points: row["state"] for points, row in found.items()} == {
+        "2,5": "older",
+        "3": "",
+    }
+    assert found["3"]["note"] == pages.TYPED_ELSEWHERE
     assert ("2", "2,5", "see me") in typed_in(failed)
 
 

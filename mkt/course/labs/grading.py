@@ -2,8 +2,9 @@
 
 The table is only ever written here.  A row that it has stays as it is, with what a
 teacher has typed into it, even while this runs, so that a run that was stopped can be
-started again; only what its note says of other files is said anew.  A file that was
-handed in again has another row; the older ones say so, and have no page.
+started again; only its state, and what its note says of other files, are said anew.  A
+file that was handed in again has another row; the older ones have the state "older",
+those of files that are not there any more "gone", and none of them has a page.
 """
 
 import re
@@ -39,15 +40,13 @@ from mkt.course.labs.marks import read as read_notebook
 from mkt.course.labs.notebooks import of_role, points, solved
 from mkt.course.labs.submissions import (
     BESIDE,
-    GONE,
     NOTHING,
-    OLDER,
     Submission,
     coincidences,
     handed_in,
 )
 from mkt.course.labs.sums import Labs, counts, sum_up, unread
-from mkt.course.labs.table import COLUMNS, Row
+from mkt.course.labs.table import COLUMNS, GONE, OLDER, Row
 from mkt.course.labs.variants import written_name
 from mkt.files import alone, existing_folder, new_file
 
@@ -115,7 +114,7 @@ def grade(
         found = handed_in(folder, grader.sources, Path(copies), ours)
         found = [_recognised(one, grader.sources) for one in found]
         rows = _graded(found, output, grader, comma)
-    troubles = [row for row in rows if row["note"].startswith(OURS)]
+    troubles = [row for row in rows if counts(row) and row["note"].startswith(OURS)]
     _name_unmarked([row for row in rows if row not in troubles])
     return [f"{row['file']}: {row['note']}" for row in troubles]
 
@@ -181,14 +180,18 @@ def merge(output: Path) -> None:
     Raises
     ------
     ValueError
-        Where there is no table or something else than points in it, and where there are
-        no labs with their solutions.
+        Where there is no table, or no column of its states, or something else than
+        points in it, and where there are no labs with their solutions.
     """
     if not output.is_file():
         raise ValueError(f"{output}: there is no such table; `labs grade` makes it")
     sources = solved()
     with alone(pages.lock_of(output), "grading"):
         rows = _rows_so_far(output)
+        if not all("state" in row for row in rows):
+            raise ValueError(
+                f"{output}: no column is called state; `labs grade` writes it anew"
+            )
         _write(output, rows, rows, sources, None, models=True)
         pages.remove_others(output, rows)
     if waiting := list(filter(None, (unread(row, sources) for row in rows))):
@@ -218,15 +221,15 @@ def _without_late(rows: list[Row], found: Iterable[Submission]) -> list[Row]:
 
 def _has_more(row: Row) -> bool:
     """Whether there is more in a row than a file, its student and a note."""
-    ours = "student", "file", "note"
+    ours = "student", "file", "state", "note"
     more = any(text for name, text in row.items() if name not in ours)
     return more or row["student"] != row["file"]
 
 
 def _tell(rows: list[Row], found: Iterable[Submission], odd: Odd) -> None:
-    """Note in each row whether its file has been handed in again, or is gone.
+    """Say in each row whether its file has been handed in again, or is gone.
 
-    Those of the other rows, which count, say what is odd about their files now.
+    The notes of the other rows, which count, say what is odd about their files now.
     """
     newest = dict(map(_key, found))
     now = {
@@ -236,18 +239,18 @@ def _tell(rows: list[Row], found: Iterable[Submission], odd: Odd) -> None:
     for row in rows:
         if not row["file"]:  # a teacher's own, such as one of averages
             continue
-        lines = [line for line in row["note"].splitlines() if line != GONE]
         if row["file"] not in newest:
-            lines.insert(0, GONE)
+            row["state"] = GONE
+        elif row["sha256"] != newest[row["file"]]:
+            row["state"] = OLDER
         else:
-            lines = [line for line in lines if line != OLDER]
-            if row["sha256"] != newest[row["file"]]:
-                lines.insert(0, OLDER)
-            elif not "".join(lines[:1]).startswith(OURS):
+            row["state"] = ""
+            if not row["note"].startswith(OURS):
                 said = now.get(row["file"], [])
+                lines = row["note"].splitlines()
                 rest = [one for one in lines if not _is_of_files(one)]
-                lines = said + [one for one in rest if one not in said]
-        row["note"] = "\n".join(lines)
+                new = [one for one in rest if one not in said]
+                row["note"] = "\n".join(said + new)
 
 
 def _is_of_files(line: str) -> bool:
@@ -316,9 +319,9 @@ def _write(
     sum_up(rows, sources)
     table.write(output, _columns(rows, sources), rows, comma)
     for row in new:
-        if OLDER in row["note"].splitlines():
+        if not counts(row):
             pages.remove(output, row)
-        elif row["lab"] in sources and counts(row):
+        elif row["lab"] in sources:
             pages.write(output, row, sources[row["lab"]], models)
     present = {row["lab"] for row in rows}
     in_it = {title: lab for title, lab in sources.items() if title in present}

@@ -137,8 +137,10 @@ def merged(lab: NotebookNode, notebook: NotebookNode) -> NotebookNode:
     """A student's notebook with the checks and given cells of the lab.
 
     They take the place of the student's own cells, under the ids that those have.
-    Given cells that are gone are put back behind what stands before them in the lab,
-    under new ids where a cell that has lost its marks still has theirs.
+    Of those that are gone, given cells are put back behind what stands before them in
+    the lab, and checks before what stands behind them there: what is tried further down
+    is not what they judge.  Where a cell that has lost its marks still has their id,
+    they get a new one.
     """
     ours = of_role(lab, "check", "given")
     cells = [
@@ -147,14 +149,19 @@ def merged(lab: NotebookNode, notebook: NotebookNode) -> NotebookNode:
     ]
     names, ids = [name(cell) for cell in cells], {cell.id for cell in cells}
     place = 0
-    for cell in lab.cells:
+    for at, cell in enumerate(lab.cells):
         if name(cell) in names:
             place = names.index(name(cell)) + 1
-        elif role(cell) == "given":
-            again = f"{cell.id}-given" if cell.id in ids else cell.id
-            cells.insert(place, nbformat.from_dict({**cell, "id": again}))
-            names.insert(place, name(cell))
-            place += 1
+            continue
+        if role(cell) == "check":
+            below = (names.index(n) for n in map(name, lab.cells[at:]) if n in names)
+            place = next(below, len(cells))
+        elif role(cell) != "given":
+            continue
+        again = f"{cell.id}-again" if cell.id in ids else cell.id
+        cells.insert(place, nbformat.from_dict({**cell, "id": again}))
+        names.insert(place, name(cell))
+        place += 1
     return nbformat.v4.new_notebook(cells=cells)
 
 

@@ -70,7 +70,7 @@ def write(output: Path, row: Row, lab: NotebookNode, models: bool) -> None:
             (check, where[check], row.get(check) or "?", points(cell))
             for check, cell in of_role(lab, "check", "question").items()
         ],
-        notes=for_students(row),
+        notes=[n for n in for_students(row) if not n.startswith(_full(row, lab))],
         answers=_models(lab) if models and row["total"] else {},
     )
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -84,6 +84,15 @@ def for_students(row: Row) -> list[str]:
     return [one for one in lines if not one.startswith(FOR_TEACHERS)]
 
 
+def _full(row: Row, lab: NotebookNode) -> tuple[str, ...]:
+    """How lines on checks begin that have all of their points, typed by a teacher."""
+    return tuple(
+        f"{check}: "
+        for check, cell in of_role(lab, "check").items()
+        if row.get(check, "").replace(",", ".") == f"{points(cell):g}"
+    )
+
+
 def is_there(output: Path, row: Row) -> bool:
     """Whether a row has a page."""
     return _path(output, row).is_file()
@@ -91,7 +100,8 @@ def is_there(output: Path, row: Row) -> bool:
 
 def remove(output: Path, row: Row) -> None:
     """Remove the page of a row, if it has one."""
-    _path(output, row).unlink(missing_ok=True)
+    if is_there(output, row):
+        _remove(_path(output, row))
 
 
 def remove_others(output: Path, rows: list[Row]) -> None:
@@ -99,9 +109,14 @@ def remove_others(output: Path, rows: list[Row]) -> None:
     kept = {_path(output, row) for row in rows}
     for path in folder_of(output).glob("*/*.html"):
         if path not in kept and re.search(r"_[0-9a-f]{8}\.html$", path.name):
-            path.unlink()
-            with suppress(OSError):  # there is more in it
-                path.parent.rmdir()
+            _remove(path)
+
+
+def _remove(path: Path) -> None:
+    """Remove a page, and its folder, unless there is more in it."""
+    path.unlink()
+    with suppress(OSError):
+        path.parent.rmdir()
 
 
 def _path(output: Path, row: Row) -> Path:

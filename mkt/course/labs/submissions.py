@@ -27,8 +27,6 @@ SHORT = "lab_"  # with which the names of labs begin, should a file have no more
 LARGEST = 50e6  # [bytes] of a notebook
 SHOWN = 3  # files that a sentence lists by name
 NOTHING = "nothing was handed in"  # in a folder of a student
-OLDER = "an older version of this file"
-GONE = "this file is no longer in the folder"
 ARCHIVES = (".zip", ".tar", ".gz", ".tgz", ".7z", ".rar")
 # Sentences that begin so name other students.
 OF_OTHERS = SAME_NAME, SAME_FILE, SAME_WORK = (

@@ -7,8 +7,7 @@ from nbformat import NotebookNode
 
 from mkt.course.labs.notebooks import of_role, points
 from mkt.course.labs.pages import TYPED_ELSEWHERE
-from mkt.course.labs.submissions import GONE, OLDER
-from mkt.course.labs.table import Row
+from mkt.course.labs.table import GONE, OLDER, Row
 
 Labs = Mapping[str, NotebookNode]
 
@@ -42,7 +41,7 @@ def sum_up(rows: list[Row], sources: Labs) -> None:
 
 def counts(row: Row) -> bool:
     """Whether a row is of a file that is there, and not an older version of it."""
-    return bool(row["file"]) and {GONE, OLDER}.isdisjoint(row["note"].splitlines())
+    return bool(row["file"]) and row.get("state") not in (GONE, OLDER)
 
 
 def unread(row: Row, sources: Labs) -> str:

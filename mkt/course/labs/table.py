@@ -17,9 +17,12 @@ SEPARATORS = ",;\t"
 # Of the table, before and after the checks and questions.
 COLUMNS = (
     ("student", "lab", "points", "of", "total", "maximum"),
-    ("note", "answers", "file", "sha256"),
+    ("state", "note", "answers", "file", "sha256"),
 )
-NEEDED = [one for part in COLUMNS for one in part if one != "total"]  # it is summed up
+RENEWED = "total", "state"  # they are written anew
+NEEDED = [one for part in COLUMNS for one in part if one not in RENEWED]
+# States of rows that do not count: an older version, and a file no longer there.
+OLDER, GONE = "older", "gone"
 # What may be too long for it, and where the whole is then.
 SHORTENED = {
     "note": "a run into a new table has the whole on its page",
