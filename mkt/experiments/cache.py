@@ -270,6 +270,8 @@ def identity(source: Any) -> str | None:
 
     None where that cannot be spelled out.
     """
+    if hasattr(source, "identity"):
+        return source.identity()
     with suppress(TypeError, RecursionError):
-        return source.identity() if hasattr(source, "identity") else spelled(source)
+        return spelled(source)
     return None

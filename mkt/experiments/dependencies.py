@@ -77,16 +77,20 @@ def homes(*things: Any) -> tuple[Path, ...] | None:
 
 
 def _parts(things: Iterable[Any]) -> list[Any]:
-    """Things, and what has code of its own within them, however deep."""
+    """Things, and what has code of its own within them, however deep.
+
+    What says itself what identifies it speaks for values, and for the functions among
+    them; but its parts have classes whose code may change.
+    """
     found = list(things)
-    waiting = [part for thing in found for part in _inside(thing)]
-    seen: dict[int, Any] = {}  # for what holds itself
+    waiting = [(part, _speaks(thing)) for thing in found for part in _inside(thing)]
+    seen: dict[tuple[int, bool], Any] = {}  # for what holds itself
     while waiting:
-        part = waiting.pop()
-        if id(part) in seen:
+        part, said = waiting.pop()
+        if (id(part), said) in seen or said and _is_function(part):
             continue
-        seen[id(part)] = part
-        waiting += _inside(part)
+        seen[id(part), said] = part
+        waiting += [(each, said or _speaks(part)) for each in _inside(part)]
         of_code = is_dataclass(type(part)) or callable(part) or inspect.ismodule(part)
         if of_code or _is_own(part):
             found.append(part)
@@ -102,14 +106,20 @@ def _is_own(thing: Any) -> bool:
     return path is None or not _is_installed(Path(path).parent)
 
 
+def _speaks(thing: Any) -> bool:
+    """Whether it says itself what identifies it."""
+    return hasattr(thing, "identity")
+
+
+def _is_function(thing: Any) -> bool:
+    return inspect.isroutine(thing) or isinstance(thing, functools.partial)
+
+
 def _inside(thing: Any) -> Iterable[Any]:
     """The fields of an object, and what a partial, or a collection, holds.
 
-    A field that names a scene of the user's own stands for its code too.  Nothing of a
-    source that says itself what identifies it.
+    A field that names a scene of the user's own stands for its code too.
     """
-    if hasattr(thing, "identity"):
-        return ()
     if isinstance(thing, functools.partial):
         return [thing.func, *thing.args, *thing.keywords.values()]
     if is_dataclass(type(thing)):

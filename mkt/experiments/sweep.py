@@ -205,12 +205,6 @@ def _effort(result: Track) -> dict[str, float]:
     return {"evaluations": mean_of(looked[1:]), "steps": mean_of(steps[steps > 0])}
 
 
-def _known(job: Job, source: str) -> dict[str, Any] | None:
-    """The row of a job that is kept, None where there is none."""
-    key = job.key(source)
-    return None if key is None else ROWS.get(key)
-
-
 def _identities(jobs: list[Job]) -> list[str]:
     """What identifies the source of each job; each source is asked once.
 
@@ -275,7 +269,8 @@ def rows_of(
         The name of a source that cannot be read to its end -> what is wrong with it.
     """
     sources = _identities(jobs)
-    rows = [_known(job, of) for job, of in zip(jobs, sources, strict=True)]
+    keys = [job.key(of) for job, of in zip(jobs, sources, strict=True)]
+    rows = [None if key is None else ROWS.get(key) for key in keys]
     broken: dict[str, DataError] = {}
     missing = [k for k, row in enumerate(rows) if row is None]
     groups = ((group,) for group in _groups(jobs, missing, sources))
@@ -288,7 +283,10 @@ def rows_of(
                     broken[jobs[k].source.name] = row
                 else:
                     rows[k] = row
-                    _keep(jobs[k], sources[k], row)
+                    # What has changed meanwhile, such as weights, may have been read
+                    # before or after.
+                    if keys[k] is not None and keys[k] == jobs[k].key(sources[k]):
+                        ROWS.put(keys[k], row)
             bar.update(len(fresh))
     return rows, broken
 
@@ -333,12 +331,6 @@ def _broken(source: Named) -> DataError | None:
     except DataError as error:
         return error
     return None
-
-
-def _keep(job: Job, source: str, row: dict[str, Any]) -> None:
-    key = job.key(source)
-    if key is not None:
-        ROWS.put(key, row)
 
 
 def write_table(rows: pd.DataFrame, path: Path) -> None:

@@ -309,7 +309,14 @@ class Made:
     part: object
 
 
-@pytest.mark.parametrize("whole", [Holding, Made])
+class Speaking(Made):
+    """It says itself what identifies it, which is not the code of its parts."""
+
+    def identity(self):
+        return "mine"
+
+
+@pytest.mark.parametrize("whole", [Holding, Made, Speaking])
 @pytest.mark.parametrize(
     "within",
     [
@@ -351,6 +358,11 @@ def test_a_tracker_with_a_part_from_a_notebook_is_not_kept():
 def test_what_holds_a_function_in_a_partial_is_not_kept():
     held = Servo(gain=functools.partial(max, 1.0))
     assert dependencies.code_of(Servo()) and dependencies.code_of(held) is None
+
+
+def test_functions_within_what_says_itself_what_it_is_are_its_own_affair():
+    assert dependencies.homes(Speaking([max, functools.partial(max, 1.0)]))
+    assert dependencies.homes(Speaking(Made(max)))
 
 
 @pytest.mark.parametrize("name", TRACKERS)

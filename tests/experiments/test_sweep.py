@@ -200,6 +200,38 @@ class Labelled(Short):
         return f"{self} {self.truth.read_text()}"
 
 
+class Learning(SSD):
+    """A tracker whose file is written anew while it runs."""
+
+    path = Path()
+
+    def identity(self):
+        return f"{self} {self.path.read_text()}"
+
+    def init(self, frame, region, rng):
+        self.path.write_text("two")
+        return super().init(frame, region, rng)
+
+
+def test_a_row_of_a_tracker_that_changed_meanwhile_is_not_kept(tmp_path, kept):
+    """Nobody knows which of both it was."""
+    Learning.path = tmp_path / "weights"
+    Learning.path.write_text("one")
+    sweep(short_jobs(1, Learning()), processes=1)
+    assert not list(kept.rglob("*.json"))
+    sweep(short_jobs(1, Learning()), processes=1)
+    assert len(list(kept.rglob("*.json"))) == 1
+
+
+def test_a_mistake_in_what_identifies_a_source_is_told():
+    class Wrong(Short):
+        def identity(self):
+            return "a film" + 1
+
+    with pytest.raises(TypeError, match="concatenate"):
+        Job("x", SSD(), Wrong(Drawn("base"))).key()
+
+
 def test_what_reads_a_file_says_itself_when_it_has_changed(tmp_path):
     path = tmp_path / "file.txt"
     base = Drawn("base")
