@@ -81,6 +81,14 @@ def nothing_known(tmp_path, monkeypatch):
 # The catalogue
 
 
+def test_a_chapter_without_figures_is_named(tmp_path):
+    path = tmp_path / "book.toml"
+    figures = re.compile(r"^figures = \[[^]]*\]", re.MULTILINE)
+    path.write_text(figures.sub("figures = []", contents.CATALOGUE.read_text(), 1))
+    with pytest.raises(contents.BookError, match="no figure in the chapter 01_color"):
+        contents.read(path)
+
+
 @pytest.mark.parametrize(
     "old, new, said",
     [

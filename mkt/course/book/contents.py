@@ -82,8 +82,8 @@ def read(path: Path = CATALOGUE, notebooks: Path = NOTEBOOKS) -> Book:
     Raises
     ------
     BookError
-        For a missing key or notebook, and for a figure that is unknown, forgotten or
-        named twice.
+        For a missing key or notebook, a chapter without figures, and a figure that is
+        unknown, forgotten or named twice.
     """
     try:
         book = _book(tomllib.loads(path.read_text(encoding="utf-8")), notebooks)
@@ -127,7 +127,13 @@ def _missing_notebooks(book: Book, notebooks: Path) -> Iterator[str]:
 
 
 def _figure_troubles(book: Book) -> Iterator[str]:
-    """What is wrong with the names of figures: unknown, forgotten, or there twice."""
+    """What is wrong with the names of figures: unknown, forgotten, or there twice.
+
+    The gallery of chapters on the first page shows one of each.
+    """
+    for chapter in book.chapters:
+        if not chapter.figures:
+            yield f"no figure in the chapter {chapter.notebook.name}: name one at least"
     known = list(FIGURES)
     named = [name for chapter in book.chapters for name in chapter.figures]
     for name in dict.fromkeys(named):
