@@ -6,9 +6,13 @@ Each heavy package has few doors.
 import ast
 import re
 import sys
+import tomllib
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 PACKAGE = Path(__file__).parent.parent / "mkt"
 
@@ -92,6 +96,22 @@ def test_imports_point_one_way(path):
             assert here[0] in DOORS[package], (
                 f"{package} has no door in {'/'.join(here)}.py"
             )
+
+
+def test_every_package_that_is_imported_is_named_among_the_dependencies():
+    """What comes by way of another may go with it."""
+    project = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["project"]
+    lists = [project["dependencies"], *project["optional-dependencies"].values()]
+    named = {canonicalize_name(Requirement(one).name) for each in lists for one in each}
+    distributions = packages_distributions()
+    used = {name.partition(".")[0] for path in FILES for name in imports(path)}
+    foreign = used & distributions.keys() - {"mkt"}
+    missing = [
+        package
+        for package in sorted(foreign)
+        if named.isdisjoint(map(canonicalize_name, distributions[package]))
+    ]
+    assert missing == []
 
 
 def allowed(here, there):

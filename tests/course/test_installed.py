@@ -112,7 +112,7 @@ def no_extras(site):
     with (ROOT / "pyproject.toml").open("rb") as file:
         extras = tomllib.load(file)["project"]["optional-dependencies"]
     wanted = {re.split(r"[\[<>=]", one)[0] for each in extras.values() for one in each}
-    names = {*(wanted - {"mkt", "myst-nb"}), "IPython", "nbformat", "markupsafe"}
+    names = {*(wanted - {"mkt", "myst-nb"}), "IPython", "markdown_it"}
     place = site / "sitecustomize.py"
     place.write_text(WITHOUT.format(sorted(names)), encoding="utf-8")
     yield
