@@ -165,26 +165,13 @@ def virtual_environment() -> Iterator[Finding]:
 
 
 def _state_of_environment() -> Finding:
-    place = environment.VENV
-    stamp = environment.stamp_of(place)
+    stamp = environment.stamp_of(environment.VENV)
     here = environment.stamp_of(Path(sys.prefix))
     wanted = environment.wanted_stamp()
     if wanted == here or (wanted == stamp and environment.PYTHON.exists()):
         return Finding(FINE, "environment", "set up")
-    if place.is_symlink():
-        return Finding(
-            WRONG,
-            "environment",
-            f"{place} is a link to an environment of others",
-            "delete the link",
-        )
-    if stamp is None and place.exists() and any(place.iterdir()):
-        return Finding(
-            WRONG,
-            "environment",
-            f"{place} was not made by mkt",
-            "move it away or delete it",
-        )
+    if obstacle := environment.obstacle():
+        return Finding(WRONG, "environment", *obstacle)
     words = {
         None: "not set up yet",
         environment.UNFINISHED: "the set-up was stopped half-way",

@@ -127,22 +127,24 @@ def make() -> None:
     found = stamp_of(VENV)
     if found == wanted_stamp() and PYTHON.exists():
         return
-    if VENV.is_symlink():
-        sys.exit(
-            f"{VENV} is a link to an environment of others, and is left as it is.  "
-            "Delete the link, then run this again."
-        )
+    if trouble := obstacle():
+        what, remedy = trouble
+        sys.exit(f"{what}, and is left as it is: {remedy}, then run this again.")
     if Path(sys.prefix).resolve() == VENV.resolve():
         sys.exit(
             "The list of packages has changed, and .venv cannot be renewed from within."
             "  Leave it with `deactivate`, then run this again."
         )
-    if found is None and VENV.exists() and any(VENV.iterdir()):
-        sys.exit(
-            f"{VENV} was not made by mkt and is left as it is.  "
-            "Move it away or delete it, then run this again."
-        )
     build(renew=found not in (None, UNFINISHED))
+
+
+def obstacle() -> tuple[str, str] | None:
+    """What stands where ``.venv`` is to be made, and the remedy; None for nothing."""
+    if VENV.is_symlink():
+        return f"{VENV} is a link to an environment of others", "delete the link"
+    if stamp_of(VENV) is None and VENV.exists() and any(VENV.iterdir()):
+        return f"{VENV} was not made by mkt", "move it away or delete it"
+    return None
 
 
 def build(renew: bool) -> None:
