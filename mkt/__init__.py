@@ -64,7 +64,7 @@ the method         see above, and `mkt.plotting`, `mkt.checks`, `mkt.files`,
 `mkt.figures`      `~mkt.figures.registry`, `~mkt.figures.panel`,
                    `~mkt.figures.captions`, `~mkt.figures.tooltips`,
                    `~mkt.figures.static_panel`, `~mkt.figures.live`,
-                   `~mkt.figures.live_panel`, `~mkt.figures.data_uri`,
+                   `~mkt.figures.live_panel`, `~mkt.figures.pictures`,
                    `~mkt.figures.export`, `~mkt.figures.light_pdf`,
                    `~mkt.figures.film`
 `mkt.papers`       what is drawn and claimed, a folder for each paper, and

@@ -21,7 +21,7 @@ from tqdm import tqdm
 from mkt.course.book.checks import read
 from mkt.course.book.contents import Book, Chapter
 from mkt.course.book.math_svg import svg
-from mkt.figures.data_uri import data_uri
+from mkt.figures.pictures import data_uri
 from mkt.figures.registry import FIGURES
 from mkt.figures.static_panel import encoded
 from mkt.files import whole

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from mkt.checks import checked_frame, is_number
-from mkt.figures.data_uri import data_uri
+from mkt.figures.pictures import data_uri, image_file
 from mkt.plotting import in_style, new_figure
 from mkt.sequences.writing import video_writer
 from mkt.types import Frame
@@ -123,8 +123,7 @@ def play(frames: Iterable[Frame], fps: float, alt: str) -> "HTML":
     from IPython.display import HTML
 
     film, last = webm(frames, fps)
-    options = (cv2.IMWRITE_WEBP_QUALITY, QUALITY)
-    poster = cv2.imencode(".webp", cv2.cvtColor(last, cv2.COLOR_RGB2BGR), options)[1]
+    poster = image_file(last, ".webp", cv2.IMWRITE_WEBP_QUALITY, QUALITY)
     text = html.escape(alt, quote=True)
     high, wide = last.shape[:2]
     height = f"calc(min({wide}px, 100vw) * {high / wide:.4f} + {BAR}px)"
@@ -132,7 +131,7 @@ def play(frames: Iterable[Frame], fps: float, alt: str) -> "HTML":
     return HTML(
         f'<video controls muted playsinline width="{wide}" '
         f'style="max-width: 100%; height: {height}; {place}" aria-label="{text}" '
-        f'poster="{data_uri("image/webp", poster.tobytes())}" '
+        f'poster="{data_uri("image/webp", poster)}" '
         f'src="{data_uri("video/webm", film)}">{text}</video>'
     )
 

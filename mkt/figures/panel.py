@@ -19,7 +19,7 @@ import ipywidgets
 from IPython.display import HTML
 
 from mkt.figures.captions import caption, label, marked
-from mkt.figures.data_uri import data_uri
+from mkt.figures.pictures import data_uri
 from mkt.figures.registry import Entry, Shown
 from mkt.figures.static_panel import encoded, width
 from mkt.figures.tooltips import WORDS, title

@@ -21,7 +21,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mkt.figures.captions import caption, label, marked
-from mkt.figures.data_uri import data_uri
+from mkt.figures.pictures import data_uri, image_file
 from mkt.figures.registry import Entry, Shown
 from mkt.figures.tooltips import title
 from mkt.plotting import in_style
@@ -204,8 +204,7 @@ def encoded(fig: Figure, ending: str, *options: int) -> bytes:
     with in_style():
         fig.canvas.draw()
     pixels = np.asarray(fig.canvas.buffer_rgba())  # type: ignore[attr-defined]
-    bgr = cv2.cvtColor(pixels, cv2.COLOR_RGBA2BGR)
-    return cv2.imencode(ending, bgr, options)[1].tobytes()
+    return image_file(pixels[..., :3], ending, *options)
 
 
 def width(entry: Entry) -> int:

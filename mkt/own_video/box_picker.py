@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import anywidget
-import cv2
 import traitlets
 
+from mkt.figures.pictures import image_file
 from mkt.types import Frame
 
 BESIDE = Path(__file__)
@@ -40,7 +40,7 @@ class BoxPicker(anywidget.AnyWidget):
 
     def show(self, frame: Frame, box: Sequence[float]) -> None:
         """Put another picture (H, W, 3) uint8 RGB under another box."""
-        png = cv2.imencode(".png", cv2.cvtColor(frame, cv2.COLOR_RGB2BGR))[1]
+        png = image_file(frame, ".png")
         with self.hold_sync():
-            self.frame = png.tobytes()
+            self.frame = png
             self.box = [float(number) for number in box]

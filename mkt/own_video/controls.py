@@ -14,11 +14,11 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
-import cv2
 import ipywidgets
 import numpy as np
 import traitlets
 
+from mkt.figures.pictures import image_file
 from mkt.own_video.settings import numbers_of
 from mkt.sequences.carphone import clip_path
 from mkt.trackers import by_name
@@ -267,8 +267,7 @@ class Report(ipywidgets.VBox):
         return True
 
     def _peek(self, picture: Frame, done: int, length: int | None, doing: str) -> None:
-        bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
-        self.picture.value = cv2.imencode(".jpg", bgr)[1].tobytes()
+        self.picture.value = image_file(picture, ".jpg")
         self.picture.layout.display = "flex"
         self.bar.value = done
         of = f" of {length}" if length else ""

@@ -15,8 +15,8 @@ import numpy as np
 
 from mkt.colors import SPACES, ColorBins
 from mkt.evaluation import HIT, LAST, SEEN
-from mkt.figures.data_uri import data_uri
 from mkt.figures.live import DATA
+from mkt.figures.pictures import data_uri, image_file
 from mkt.figures.registry import FIGURES
 from mkt.papers import runs
 from mkt.papers.cordoba2014 import resampling
@@ -307,7 +307,4 @@ def _bins(frames: Iterable[Frame], bins: ColorBins) -> str:
 
 def _picture(pixels: NDArray, options: tuple[int, int] = LOSSY) -> str:
     """A picture (h, w, 3) or, with its opacity, (h, w, 4) as an address."""
-    opaque = pixels.shape[2] == 3
-    code = cv2.COLOR_RGB2BGR if opaque else cv2.COLOR_RGBA2BGRA
-    file = cv2.imencode(".webp", cv2.cvtColor(pixels, code), options)[1]
-    return data_uri("image/webp", file.tobytes())
+    return data_uri("image/webp", image_file(pixels, ".webp", *options))

@@ -7,9 +7,9 @@ import json
 from itertools import islice
 from typing import Any
 
-from mkt.figures.data_uri import data_uri
 from mkt.figures.film import webm
 from mkt.figures.live import DATA, bundle, content, names
+from mkt.figures.pictures import data_uri
 from mkt.sequences.carphone import carphone
 
 SCRIPT = "live.js"

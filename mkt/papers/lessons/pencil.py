@@ -19,7 +19,7 @@ import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mkt.figures.data_uri import data_uri
+from mkt.figures.pictures import data_uri
 from mkt.plotting import CONTRAST, TRUTH, in_style
 from mkt.plotting import new_figure as blank
 
