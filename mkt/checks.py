@@ -3,6 +3,7 @@
 Every refusal is a ValueError that names the field, its value and the remedy.
 """
 
+import reprlib
 import sys
 from collections.abc import Callable, Collection
 from numbers import Real
@@ -90,6 +91,14 @@ def in_a_tuple(numbers: Any, *shape: int | None) -> bool:
     What has them for a field can then be kept under its name: a list has no hash.
     """
     return isinstance(numbers, tuple) and are_finite(numbers, *shape)
+
+
+def require(specification: Any, **fields: tuple[bool, str]) -> None:
+    """Refuse a field that is not what it must be: field=(whether it is, what)."""
+    for field, (holds, need) in fields.items():
+        if not holds:
+            found = reprlib.repr(getattr(specification, field))
+            raise ValueError(f"{field} is {found}; it must be {need}")
 
 
 def positive(specification: Any, *fields: str) -> None:

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from mkt import tracking
-from mkt.checks import check_seed
+from mkt.checks import are_finite, check_seed, is_number, is_whole
 from mkt.files import DataError, existing_file, whole, written_path
 from mkt.own_video.typed_box import region_of, with_angle
 from mkt.sequences import truth_formats
@@ -303,12 +303,11 @@ def _wrong(name: str, value: Any, possible: Callable) -> str:
 
 
 def _finite(value: Any) -> bool:
-    # Not isfinite, which cannot take a whole number beyond the range of floats.
-    return type(value) in (int, float) and abs(value) <= sys.float_info.max
+    return is_number(value, -sys.float_info.max)
 
 
 def _is_box(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 5 and all(map(_finite, value))
+    return isinstance(value, list) and are_finite(value, 5)
 
 
 def _is_dict(value: Any) -> bool:
@@ -316,7 +315,7 @@ def _is_dict(value: Any) -> bool:
 
 
 def _is_seed(value: Any) -> bool:
-    return type(value) is int and value >= 0
+    return is_whole(value, 0)
 
 
 def _is_text(value: Any) -> bool:
@@ -324,7 +323,7 @@ def _is_text(value: Any) -> bool:
 
 
 def _is_step(value: Any) -> bool:
-    return type(value) is int and value >= 1
+    return is_whole(value, 1)
 
 
 def _is_share(value: Any) -> bool:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mkt.checks import in_a_tuple, is_number, is_whole, locked, positive
+from mkt.checks import in_a_tuple, is_number, is_whole, locked, positive, require
 from mkt.regions import HX, HY
 from mkt.servoing import law
 from mkt.servoing.features import PERIODS, Camera, error, features, interaction_matrix
@@ -111,25 +111,18 @@ class Servo:
 
     def __post_init__(self):
         positive(self, "dt", "surface")
-        five = in_a_tuple(self.desired, 5)
-        for field, possible, need in (
-            (
-                "desired",
-                five and _has_area(self.desired),
-                "a tuple, a region with an area",
-            ),
-            ("gain", _is_gain(self.gain), "a number from 0 on, or an AdaptiveGain()"),
-            ("filter", isinstance(self.filter, Kalman), "a Kalman filter"),
-            ("dof", self.dof in list(law.AXES), "6 or 4"),
-            ("angle", self.angle in list(PERIODS), "theta or alpha"),
-            ("camera", isinstance(self.camera, Camera), "a Camera"),
-            ("delay", is_whole(self.delay, 0), "a whole number of frames, from 0 on"),
-            ("patience", is_whole(self.patience, 1), "a whole number, from 1 on"),
-        ):
-            if not possible:
-                raise ValueError(
-                    f"{field} is {getattr(self, field)!r}; it must be {need}"
-                )
+        region = in_a_tuple(self.desired, 5) and _has_area(self.desired)
+        require(
+            self,
+            desired=(region, "a tuple, a region with an area"),
+            gain=(_is_gain(self.gain), "a number from 0 on, or an AdaptiveGain()"),
+            filter=(isinstance(self.filter, Kalman), "a Kalman filter"),
+            dof=(self.dof in list(law.AXES), "6 or 4"),
+            angle=(self.angle in list(PERIODS), "theta or alpha"),
+            camera=(isinstance(self.camera, Camera), "a Camera"),
+            delay=(is_whole(self.delay, 0), "a whole number of frames, from 0 on"),
+            patience=(is_whole(self.patience, 1), "a whole number, from 1 on"),
+        )
         if self.angle == "alpha" and self.desired[HX] == self.desired[HY]:
             raise ValueError(
                 f'desired is {self.desired}, a square, which has no alpha; use "theta"'

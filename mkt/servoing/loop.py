@@ -7,7 +7,6 @@ fed in, with any noise, and nothing has to be rendered.
 Explained in notebooks 08 and 09.
 """
 
-import reprlib
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -15,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mkt.checks import in_a_tuple, is_number, is_whole
+from mkt.checks import in_a_tuple, is_number, is_whole, require
 from mkt.regions import area
 from mkt.servoing.controller import Command, Servo
 from mkt.servoing.robot import OutOfSight, Path, Workspace, move, place, to_and_fro
@@ -64,18 +63,16 @@ class Experiment:
     def __post_init__(self):
         if self.tracker is not None:
             check_tracker(self.tracker)
-        for name, possible, need in (
-            ("servo", isinstance(self.servo, Servo), "a Servo"),
-            ("workspace", isinstance(self.workspace, Workspace), "a Workspace"),
-            ("path", _is_path(self.path), "a tuple of (t, X, Y, theta), with t rising"),
-            ("start", in_a_tuple(self.start, 6), "a tuple of six finite numbers"),
-            ("frames", is_whole(self.frames, 1), "a whole number, at least 1"),
-            ("jitter", is_number(self.jitter, 0), "a finite number from 0 on"),
-            ("seed", is_whole(self.seed, 0), "a whole number, at least 0"),
-        ):
-            if not possible:
-                found = reprlib.repr(getattr(self, name))
-                raise ValueError(f"{name} is {found}; it must be {need}")
+        require(
+            self,
+            servo=(isinstance(self.servo, Servo), "a Servo"),
+            workspace=(isinstance(self.workspace, Workspace), "a Workspace"),
+            path=(_is_path(self.path), "a tuple of (t, X, Y, theta), with t rising"),
+            start=(in_a_tuple(self.start, 6), "a tuple of six finite numbers"),
+            frames=(is_whole(self.frames, 1), "a whole number, at least 1"),
+            jitter=(is_number(self.jitter, 0), "a finite number from 0 on"),
+            seed=(is_whole(self.seed, 0), "a whole number, at least 0"),
+        )
 
 
 def _is_path(path: Any) -> bool:
