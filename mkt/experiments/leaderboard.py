@@ -313,7 +313,7 @@ def for_release(table: Path, names: Iterable[str]) -> Board | None:
 
 def _dated(board: Board, made: release.Made) -> Board:
     data = f"{board.data} The newest runs are of {made.date}, the seeds {made.seeds}."
-    return Board(board.title, data, board.rows, board.case)
+    return replace(board, data=data)
 
 
 def _trackers(names: Iterable[str], seeds: Sequence[int]) -> dict[str, Tracker]:
@@ -392,7 +392,7 @@ def ranking(board: Board) -> list[Place]:
     started = ~refused(scored)
     for number, value in REFUSED.items():
         scored[number] = scored[number].where(started, value)
-    cases = cases_of(Board(board.title, board.data, scored, board.case))
+    cases = cases_of(replace(board, rows=scored))
     order = cases.mean().sort_values(ascending=False).index
     return [
         _place(str(name), scored[scored["tracker"] == name], cases[order])
