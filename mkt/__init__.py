@@ -18,8 +18,9 @@ then `mkt.trackers.ssd` with the steps of `mkt.trackers.newton`,
 `mkt.trackers.particle_filter`, `mkt.trackers.combined` [T09],
 `mkt.trackers.adaptive` with `mkt.trackers.ellipses`, `mkt.trackers.appearance` and
 `mkt.trackers.detector` [N03], `mkt.trackers.hybrid_resampling` and
-`mkt.trackers.template_matching` [C14], `mkt.trackers.guided` with `mkt.trackers.gains`,
-`mkt.trackers.close_up` and `mkt.trackers.last_word` (ours), `mkt.trackers.neighbours`,
+`mkt.trackers.template_matching` [C14], `mkt.trackers.guided` with
+`mkt.trackers.search`, `mkt.trackers.gains`, `mkt.trackers.close_up` and
+`mkt.trackers.last_word` (ours), `mkt.trackers.neighbours`,
 `mkt.trackers.shaped` and `mkt.trackers.two_cameras` (wishes of [N03]),
 `mkt.trackers.opencv` (rivals),
 `mkt.trackers.scaled`, which is any of them on smaller frames, and

@@ -57,7 +57,6 @@ more often a hidden target stayed lost, because the crowd had gathered on whatev
 looked a little like it.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -74,7 +73,8 @@ from mkt.regions import THETA, area, wrap_angle
 from mkt.trackers.close_up import close_up, fitting_pitch
 from mkt.trackers.gains import Light, first_light, followed
 from mkt.trackers.last_word import aligned, picture_of
-from mkt.trackers.newton import HEAVIEST, Prior, distance_at, is_weight, minimise
+from mkt.trackers.newton import HEAVIEST, Prior, distance_at, is_weight
+from mkt.trackers.search import Optimum, Search
 from mkt.tracking import Info, report
 from mkt.types import Array, Frame, NDArray, Region, Regions, Rng
 
@@ -122,26 +122,6 @@ class GuidedState(NamedTuple):
     turned: bool = False
     missed: int = 0
     surprise: float = 0.0
-
-
-class Optimum(NamedTuple):
-    """Where the optimiser ended.
-
-    Attributes
-    ----------
-    region : (5,) array [px, rad]
-    distance : float
-        d_m of the region under the fine kernels.
-    steps : int
-        How many were taken.
-    free : bool
-        Whether the orientation was free, and not the first one.
-    """
-
-    region: Region
-    distance: float
-    steps: int
-    free: bool
 
 
 @dataclass(frozen=True)
@@ -266,8 +246,9 @@ class Guided:
         image = close_up(self.bins, frame, gains, everywhere, state.pitch)
         rho = state.coarse.coefficients(image, particles.regions)
         likeness = np.maximum(rho.mean(-1), 1e-9)
-        searched = self._search(state, image, prior, particles.regions, likeness)
-        known, d, steps, turned = self._turned(state, image, *searched)
+        search, regions = self._search(state, image), particles.regions
+        best = self._optimum(search, prior, regions, likeness, state.turned)
+        known, d, steps, turned = search.turned(*best)
         lost, hidden = d > self.lost_above, d > self.hidden_above
         sure = d < self.found
         if sure:
@@ -334,102 +315,33 @@ class Guided:
         velocities = np.where(chosen[:, None], velocity, particles.velocities)
         return Particles(regions, velocities)
 
-    def _search(
-        self,
-        state: GuidedState,
-        image: BinImage,
-        prior: Prior,
-        regions: Regions,
-        likeness: Array,
-    ) -> tuple[Prior, Optimum]:
-        """The optimum over the starts, or over one anywhere, behind its prior."""
-        favour = likeness - prior.cost(regions) / _full(state)
-        best = regions[np.argsort(favour)[::-1][: self.starts]]
-        optimum = self._optimum(state, image, prior, [prior.region, *best])
-        if optimum.distance < self.found:
-            return prior, optimum
-        alike = regions[np.argmax(likeness)]
-        return self._anywhere(state, image, prior, optimum, alike)
+    def _search(self, state: GuidedState, image: BinImage) -> Search:
+        """What the starts of a frame share."""
+        return Search(
+            state.fine,
+            image,
+            state.first[THETA],
+            self.steps,
+            self.found,
+            self.sure,
+            self.turn,
+        )
 
     def _optimum(
         self,
-        state: GuidedState,
-        image: BinImage,
+        search: Search,
         prior: Prior,
-        starts: Iterable[Region],
-    ) -> Optimum:
-        """The first optimum that is surely the target, over the starts, or the best.
-
-        With the orientation free or not, as it was believed in the last frame.
-        """
-        total, least = 0, np.inf
-        best = Optimum(prior.region, 1.0, 0, state.turned)
-        for start in starts:
-            end = self._closest(state, image, prior, start, state.turned)
-            total += end.steps
-            cost = end.distance**2 + prior.cost(end.region) / _full(state)
-            if cost < least:
-                best, least = end, cost
-            if best.distance < self.found:
-                break
-        return best._replace(steps=total)
-
-    def _anywhere(
-        self,
-        state: GuidedState,
-        image: BinImage,
-        prior: Prior,
-        known: Optimum,
-        start: Region,
-    ) -> tuple[Prior, Optimum]:
-        """The optimum from a start wherever it is, if it is the target beyond doubt.
-
-        Else the `known` one; each behind the prior that it was found under.  A start
-        anywhere is a hypothesis of its own, with its own size and orientation: those
-        of the estimate may be of something else.
-        """
-        anywhere = Prior(start, prior.weights * (0, 0, 1, 1))
-        end = self._closest(state, image, anywhere, start, True)
-        end = end._replace(steps=known.steps + end.steps)
-        if end.distance < self.sure:
-            return anywhere, end
-        return prior, known._replace(steps=end.steps)
-
-    def _turned(
-        self, state: GuidedState, image: BinImage, prior: Prior, known: Optimum
-    ) -> Optimum:
-        """The optimum under the model that explains the frame.
-
-        The other model than that of the `known` optimum starts from there.
-        """
-        other = self._closest(state, image, prior, known.region, not known.free)
-        free, first = (known, other) if known.free else (other, known)
-        turned = free.distance**2 < self.turn * first.distance**2
-        best = free if turned else first
-        return best._replace(steps=known.steps + other.steps)
-
-    def _closest(
-        self,
-        state: GuidedState,
-        image: BinImage,
-        prior: Prior,
-        start: Region,
+        regions: Regions,
+        likeness: Array,
         free: bool,
-    ) -> Optimum:
-        """Where the optimiser ends, with a free orientation or with the first one."""
-        if not free:
-            start, middle = np.array([start, prior.region])
-            start[THETA] = middle[THETA] = state.first[THETA]
-            prior = Prior(middle, prior.weights + (0, 0, np.inf, 0))
-        region, steps = minimise(
-            state.fine, image, start, self.steps, robust=True, prior=prior
-        )
-        return Optimum(region, distance_at(state.fine, image, region), steps, free)
-
-
-def _full(state: GuidedState) -> int:
-    """O(x) of (6) is this times d_m^2: twice the number of kernels that count."""
-    return 2 * state.fine.counted
+    ) -> tuple[Prior, Optimum]:
+        """The optimum over the starts, or over one anywhere, behind its prior."""
+        favour = likeness - prior.cost(regions) / search.full
+        best = regions[np.argsort(favour)[::-1][: self.starts]]
+        optimum = search.over(prior, [prior.region, *best], free)
+        if optimum.distance < self.found:
+            return prior, optimum
+        return search.anywhere(prior, optimum, regions[np.argmax(likeness)])
 
 
 def _velocity(state: GuidedState, region: Region, hidden: bool, missed: int) -> Array:

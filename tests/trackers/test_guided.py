@@ -11,8 +11,9 @@ from mkt.regions import THETA, displaced
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
 from mkt.trackers.gains import relit
-from mkt.trackers.guided import FULL_GRID, Guided, Optimum, _full, _surprise
+from mkt.trackers.guided import FULL_GRID, Guided, _surprise
 from mkt.trackers.newton import minimise
+from mkt.trackers.search import Optimum, Search
 from tests.trackers.scenes import STANDING
 
 FRAME = STANDING.sequence().frames[0]
@@ -168,7 +169,8 @@ def test_a_box_that_touches_the_border_starts_with_the_part_that_is_seen():
     scene = Scene(Layer("car", 80.0, path), length=20)
     *_, (_, _, after, info) = steps(Guided(n=50), scene)
     assert after.fine.learnt is not None and len(after.fine.learnt) < 9
-    assert _full(after) == 2 * len(after.fine.learnt)  # the others' d says nothing
+    full = Guided()._search(after, None).full
+    assert full == 2 * len(after.fine.learnt)  # the others' d says nothing
     assert overlap(info["region"], scene.sequence().truth[-1]) > 0.6
 
 
@@ -214,24 +216,25 @@ def ended(region, distance, steps, free=False):
     return Optimum(region, distance, steps, free)
 
 
-class Given(Guided):
-    """A tracker whose optimiser ends where it is told, and says where it began."""
+class Given(Search):
+    """A search whose optimiser ends where it is told, and says where it began."""
 
     def told(self, *ends):
         object.__setattr__(self, "ends", list(ends))
         object.__setattr__(self, "asked", [])
         return self
 
-    def _closest(self, state, image, prior, start, free):
+    def closest(self, prior, start, free):
         self.asked.append((start, free, prior))
         return self.ends.pop(0)
 
 
-def told(*ends, **fields):
-    """A tracker of these ends, its state on the car's first frame, its prior there."""
-    tracker = Given(n=50, **fields).told(*ends)
+def told(*ends):
+    """A tracker, its state on the car's first frame, its prior, a search there."""
+    tracker = Guided(n=50)
     state = tracker.init(FRAME, far(0), np.random.default_rng(0))
-    return tracker, state, tracker._prior(state)
+    search = Given(**vars(tracker._search(state, None))).told(*ends)
+    return tracker, state, tracker._prior(state), search
 
 
 @pytest.mark.parametrize(
@@ -245,22 +248,22 @@ def told(*ends, **fields):
 def test_among_optima_the_sum_of_both_terms_decides(away, distance, other, taken):
     """O(x) of nine kernels is 18 d^2, and the prior comes to it."""
     ends = ended(far(away), distance, 3), ended(far(0), other, 4)
-    tracker, state, prior = told(*ends)
-    found = tracker._optimum(state, None, prior, [far(0), far(0)])
+    *_, prior, search = told(*ends)
+    found = search.over(prior, [far(0), far(0)], False)
     assert found.distance == ends[taken].distance and found.steps == 7
     np.testing.assert_array_equal(found.region, ends[taken].region)
 
 
 def test_after_a_sure_optimum_no_further_start_is_tried():
     ends = [ended(far(0), d, 2) for d in (0.31, 0.29, 0.1)]
-    tracker, state, prior = told(*ends)
-    found = tracker._optimum(state, None, prior, [far(0)] * 3)
-    assert found.distance == 0.29 and found.steps == 4 and len(tracker.ends) == 1
+    *_, prior, search = told(*ends)
+    found = search.over(prior, [far(0)] * 3, False)
+    assert found.distance == 0.29 and found.steps == 4 and len(search.ends) == 1
 
 
 def test_at_the_limit_itself_the_target_is_not_yet_found():
-    tracker, state, prior = told(*[ended(far(0), 0.3, 2)] * 2)
-    assert tracker._optimum(state, None, prior, [far(0)] * 2).steps == 4
+    *_, prior, search = told(*[ended(far(0), 0.3, 2)] * 2)
+    assert search.over(prior, [far(0)] * 2, False).steps == 4
 
 
 @pytest.mark.parametrize(
@@ -272,11 +275,11 @@ def test_a_turn_must_bring_its_share_of_the_squared_distance(
 ):
     """.25 is below .7 * .36, and .2601 is not."""
     known, other = (free, held) if before else (held, free)
-    tracker, state, prior = told(ended(far(0.1), other, 3, not before))
-    best = tracker._turned(state, None, prior, ended(far(0), known, 4, before))
+    *_, prior, search = told(ended(far(0.1), other, 3, not before))
+    best = search.turned(prior, ended(far(0), known, 4, before))
     assert best.free == turned and best.steps == 7
     assert best.distance == (free if turned else held)
-    assert tracker.asked[0][1] == (not before)
+    assert search.asked[0][1] == (not before)
 
 
 @pytest.mark.parametrize("distance, taken", [(0.24, True), (0.25, False)])
@@ -284,11 +287,11 @@ def test_a_start_anywhere_knows_no_place_and_has_a_size_and_a_turn_of_its_own(
     distance, taken
 ):
     end, known = ended(far(3), distance, 3, True), ended(far(0), 0.5, 4)
-    tracker, state, prior = told(end)
+    *_, prior, search = told(end)
     start = far(3) * (1, 1, 1, 1.3, 1.3)
-    under, found = tracker._anywhere(state, None, prior, known, start)
+    under, found = search.anywhere(prior, known, start)
     assert found.steps == 7 and found.distance == (distance if taken else 0.5)
-    [(begun, free, asked)] = tracker.asked
+    [(begun, free, asked)] = search.asked
     assert begun is start and asked.region is start and free and found.free == taken
     assert (asked.weights == (0, 0, 0, 5)).all()
     assert under is (asked if taken else prior)
@@ -296,7 +299,7 @@ def test_a_start_anywhere_knows_no_place_and_has_a_size_and_a_turn_of_its_own(
 
 
 def test_the_prior_is_where_the_target_goes_and_widens_in_doubt():
-    tracker, state, _ = told()
+    tracker, state, *_ = told()
     state = state._replace(velocity=np.array([6.0, -2.0]))
     for missed, place in (0, 1.0), (4, 0.5):
         prior = tracker._prior(state._replace(missed=missed))
@@ -306,7 +309,7 @@ def test_the_prior_is_where_the_target_goes_and_widens_in_doubt():
 
 def test_the_prior_of_the_place_is_as_sure_as_the_velocity_was():
     """A miss as long as the particles' own step halves its weight."""
-    tracker, state, _ = told()
+    tracker, state, *_ = told()
     for surprise, place in (0.0, 1.0), (0.01, 0.5), (0.03, 0.1):
         prior = tracker._prior(state._replace(surprise=surprise))
         np.testing.assert_allclose(prior.weights, (place, place, 0, 5))
@@ -343,31 +346,32 @@ def test_pixels_say_a_turn_where_the_kernels_believe_one(turn, believed):
             assert pixels == kernels == pytest.approx(0.0)
 
 
-class Watched(Guided):
-    """A tracker that keeps where its optimiser may start."""
-
-    def _optimum(self, state, image, prior, starts):
-        self.kept.append((image, prior, list(starts)))
-        return super()._optimum(state, image, prior, self.kept[-1][2])
-
-    def _anywhere(self, state, image, prior, known, start):
-        self.kept.append(start)
-        return super()._anywhere(state, image, prior, known, start)
-
-
-def test_it_starts_where_particles_are_alike_and_near():
+@pytest.mark.parametrize("turned", [False, True])
+def test_it_starts_where_particles_are_alike_and_near(turned, monkeypatch):
     """Ranked by likeness minus the prior's cost; anywhere, by the likeness alone."""
-    tracker = Watched(n=60, starts=3, found=-1.0, place=9.0)
-    object.__setattr__(tracker, "kept", [])
+    tracker, kept = Guided(n=60, starts=3, found=-1.0, place=9.0), []
+    over, anywhere = Search.over, Search.anywhere
+
+    def watched(search, prior, starts, free):
+        assert free == turned  # as in the frame before
+        kept.append((search.image, prior, list(starts)))
+        return over(search, prior, starts, free)
+
+    def watched_anywhere(search, prior, known, start):
+        kept.append(start)
+        return anywhere(search, prior, known, start)
+
+    monkeypatch.setattr(Search, "over", watched)
+    monkeypatch.setattr(Search, "anywhere", watched_anywhere)
     state = tracker.init(FRAME, far(0), np.random.default_rng(0))
-    state = state._replace(velocity=np.array([15.0, 0.0]))
+    state = state._replace(velocity=np.array([15.0, 0.0]), turned=turned)
     regions = tracker.motion.predict(state.particles, np.random.default_rng(7)).regions
     tracker.step(state, FRAME, np.random.default_rng(7))
-    (image, prior, starts), anywhere = tracker.kept
+    (image, prior, starts), start = kept
     likeness = state.coarse.coefficients(image, regions).mean(-1)
     ranked = np.argsort(-(likeness - prior.cost(regions) / 18))[:3]
     np.testing.assert_array_equal(starts, [prior.region, *regions[ranked]])
-    np.testing.assert_array_equal(anywhere, regions[np.argmax(likeness)])
+    np.testing.assert_array_equal(start, regions[np.argmax(likeness)])
     assert ranked[0] != np.argmax(likeness)  # or the prior would not be seen
 
 
@@ -405,7 +409,7 @@ def test_particles_that_begin_anew_move_as_the_estimate_does(renewed):
 
 def test_surprise_is_in_half_sides_of_the_target():
     """3 and 4 px off: a tenth of 25 px^2 / (hx hy)."""
-    _, state, _ = told()
+    _, state, *_ = told()
     surprise = _surprise(state, displaced(far(0), 3, 4), True)
     assert surprise == pytest.approx(0.1 * 25 / (state.first[3] * state.first[4]))
 
@@ -421,18 +425,19 @@ def test_frames_in_doubt_are_counted_and_light_is_followed_in_others():
 
 def test_the_optimiser_trusts_kernels_by_their_likeness_and_holds_what_is_known():
     """A post hides a third of the car: what it hides does not pull."""
-    tracker, state, prior = Guided(n=50), *told()[1:]
+    tracker, state, prior, _ = told()
     hidden = FRAME.copy()
     hidden[:, 175:230] = 128
     image = tracker.bins(hidden)
-    here, free = tracker._closest(state, image, prior, far(0.1), True).region, [0, 0]
+    search = tracker._search(state, image)
+    here, free = search.closest(prior, far(0.1), True).region, [0, 0]
     for robust in (False, True):
         free[robust] = minimise(
             state.fine, image, far(0.1), 5, robust=robust, prior=prior
         )[0]
     np.testing.assert_array_equal(here, free[True])
     assert not np.allclose(free[True], free[False])
-    held = tracker._closest(state, image, prior, displaced(far(0.1), dtheta=0.3), False)
+    held = search.closest(prior, displaced(far(0.1), dtheta=0.3), False)
     assert held.region[2] == state.first[2]
     fixed = prior._replace(weights=np.array([1, 1, np.inf, 5]))
     expected, _ = minimise(state.fine, image, far(0.1), 5, robust=True, prior=fixed)
