@@ -46,7 +46,7 @@ from mkt.course.labs.submissions import (
     handed_in,
 )
 from mkt.course.labs.sums import Labs, counts, sum_up, unread
-from mkt.course.labs.table import COLUMNS, GONE, OLDER, Row
+from mkt.course.labs.table import COLUMNS, FORMERLY, GONE, OLDER, Row
 from mkt.course.labs.variants import written_name
 from mkt.files import alone, existing_folder, new_file
 
@@ -239,6 +239,8 @@ def _tell(rows: list[Row], found: Iterable[Submission], odd: Odd) -> None:
     for row in rows:
         if not row["file"]:  # a teacher's own, such as one of averages
             continue
+        lines = [one for one in row["note"].splitlines() if one not in FORMERLY]
+        row["note"] = "\n".join(lines)
         if row["file"] not in newest:
             row["state"] = GONE
         elif row["sha256"] != newest[row["file"]]:
@@ -247,7 +249,6 @@ def _tell(rows: list[Row], found: Iterable[Submission], odd: Odd) -> None:
             row["state"] = ""
             if not row["note"].startswith(OURS):
                 said = now.get(row["file"], [])
-                lines = row["note"].splitlines()
                 rest = [one for one in lines if not _is_of_files(one)]
                 new = [one for one in rest if one not in said]
                 row["note"] = "\n".join(said + new)

@@ -23,6 +23,8 @@ RENEWED = "total", "state"  # they are written anew
 NEEDED = [one for part in COLUMNS for one in part if one not in RENEWED]
 # States of rows that do not count: an older version, and a file no longer there.
 OLDER, GONE = "older", "gone"
+# Version 0.2.0 wrote this into notes in place of a state.
+FORMERLY = "an older version of this file", "this file is no longer in the folder"
 # What may be too long for it, and where the whole is then.
 SHORTENED = {
     "note": "a run into a new table has the whole on its page",
