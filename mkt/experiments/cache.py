@@ -88,7 +88,7 @@ def _inside(thing: Any) -> str:
     A source that says itself what identifies it is taken at its word.
     """
     if hasattr(thing, "identity"):
-        return thing.identity()
+        return _word_of(thing)
     if isinstance(thing, dict):
         return ", ".join(f"{spelled(k)}: {spelled(v)}" for k, v in thing.items())
     if isinstance(thing, set | frozenset):
@@ -100,6 +100,14 @@ def _inside(thing: Any) -> str:
     if is_dataclass(thing) and not isinstance(thing, type):
         return spelled({one.name: getattr(thing, one.name) for one in fields(thing)})
     return spelled(_state(thing))
+
+
+def _word_of(thing: Any) -> str:
+    """What a thing says itself that it is; ValueError for a mistake in that."""
+    try:
+        return thing.identity()
+    except (TypeError, RecursionError) as error:
+        raise ValueError(f"identity of {type(thing).__name__}: {error}") from error
 
 
 def _beside(thing: Any) -> dict[str, Any]:
@@ -271,7 +279,7 @@ def identity(source: Any) -> str | None:
     None where that cannot be spelled out.
     """
     if hasattr(source, "identity"):
-        return source.identity()
+        return _word_of(source)
     with suppress(TypeError, RecursionError):
         return spelled(source)
     return None

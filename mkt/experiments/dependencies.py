@@ -79,15 +79,16 @@ def homes(*things: Any) -> tuple[Path, ...] | None:
 def _parts(things: Iterable[Any]) -> list[Any]:
     """Things, and what has code of its own within them, however deep.
 
-    What says itself what identifies it speaks for values, and for the functions among
-    them; but its parts have classes whose code may change.
+    What says itself what identifies it speaks for its values, functions, classes and
+    things of installed packages among them; but parts of one's own have code that may
+    change.
     """
     found = list(things)
     waiting = [(part, _speaks(thing)) for thing in found for part in _inside(thing)]
     seen: dict[tuple[int, bool], Any] = {}  # for what holds itself
     while waiting:
         part, said = waiting.pop()
-        if (id(part), said) in seen or said and _is_function(part):
+        if (id(part), said) in seen or said and _is_made_elsewhere(part):
             continue
         seen[id(part), said] = part
         waiting += [(each, said or _speaks(part)) for each in _inside(part)]
@@ -98,11 +99,14 @@ def _parts(things: Iterable[Any]) -> list[Any]:
 
 
 def _is_own(thing: Any) -> bool:
-    """Whether its class is none of Python's or of an installed package."""
-    kind = type(thing)
-    if kind.__module__.partition(".")[0] in sys.stdlib_module_names:
+    """Whether a module, or the class of a thing, is not Python's or of a package.
+
+    That is, of one that was installed.
+    """
+    name = thing.__name__ if inspect.ismodule(thing) else type(thing).__module__
+    if name.partition(".")[0] in sys.stdlib_module_names:
         return False
-    path = getattr(sys.modules.get(kind.__module__), "__file__", None)
+    path = getattr(sys.modules.get(name), "__file__", None)
     return path is None or not _is_installed(Path(path).parent)
 
 
@@ -111,8 +115,13 @@ def _speaks(thing: Any) -> bool:
     return hasattr(thing, "identity")
 
 
-def _is_function(thing: Any) -> bool:
-    return inspect.isroutine(thing) or isinstance(thing, functools.partial)
+def _is_made_elsewhere(part: Any) -> bool:
+    """Whether a part is neither a collection nor of one's own or the library.
+
+    A function or a class is of Python's own class.
+    """
+    holds = isinstance(part, dict | tuple | list | set | frozenset)
+    return not (holds or _is_own(part))
 
 
 def _inside(thing: Any) -> Iterable[Any]:
@@ -129,7 +138,8 @@ def _inside(thing: Any) -> Iterable[Any]:
         return [*thing, *thing.values()]
     if isinstance(thing, tuple | list | set | frozenset):
         return thing
-    return getattr(thing, "__dict__", {}).values() if _is_own(thing) else ()
+    open_ = _is_own(thing) and not inspect.ismodule(thing)
+    return getattr(thing, "__dict__", {}).values() if open_ else ()
 
 
 def _scenes(names: Iterable[Any]) -> Iterator[Any]:

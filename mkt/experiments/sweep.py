@@ -278,14 +278,15 @@ def rows_of(
     quiet = None if missing else True
     with tqdm(total=len(missing), desc="runs", unit="run", disable=quiet) as bar:
         for fresh in done:
-            for k, row in fresh.items():
+            now = _identities([jobs[k] for k in fresh])
+            for (k, row), source in zip(fresh.items(), now, strict=True):
                 if isinstance(row, DataError):
                     broken[jobs[k].source.name] = row
                 else:
                     rows[k] = row
                     # What has changed meanwhile, such as weights, may have been read
                     # before or after.
-                    if keys[k] is not None and keys[k] == jobs[k].key(sources[k]):
+                    if keys[k] is not None and keys[k] == jobs[k].key(source):
                         ROWS.put(keys[k], row)
             bar.update(len(fresh))
     return rows, broken

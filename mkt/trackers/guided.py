@@ -246,9 +246,10 @@ class Guided:
         image = close_up(self.bins, frame, gains, everywhere, state.pitch)
         rho = state.coarse.coefficients(image, particles.regions)
         likeness = np.maximum(rho.mean(-1), 1e-9)
-        search, regions = self._search(state, image), particles.regions
-        best = self._optimum(search, prior, regions, likeness, state.turned)
-        known, d, steps, turned = search.turned(*best)
+        search = self._search(state, image)
+        known, d, steps, turned = search.turned(
+            *self._optimum(search, prior, particles.regions, likeness, state.turned)
+        )
         lost, hidden = d > self.lost_above, d > self.hidden_above
         sure = d < self.found
         if sure:

@@ -92,6 +92,17 @@ def test_a_check_that_was_deleted_judges_what_stands_where_it_stood(toy, capsys)
     assert "  2 of 2  check_add" in capsys.readouterr().out.splitlines()
 
 
+def test_a_check_that_was_deleted_never_comes_before_its_answer(toy, capsys):
+    """Wherever that was moved."""
+    mine = answer(**GOOD | {"check_add": None})
+    add, six, check_six, why = mine.cells
+    first = nbformat.v4.new_code_cell("def add(a, b):\n    return a - b")
+    mine.cells = [first, six, check_six, add, why]
+    hand_in(toy / "mine.ipynb", mine)
+    cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")]))
+    assert "  2 of 2  check_add" in capsys.readouterr().out.splitlines()
+
+
 def test_the_cells_of_a_solution_and_of_an_answer_that_are_gone_are_named(toy, capsys):
     hand_in(toy / "mine.ipynb", answer(**GOOD | {"six": None, "why": None}))
     assert cli.run(cli.parse(["labs", "check", str(toy / "mine.ipynb")])) == 1

@@ -143,11 +143,21 @@ def test_a_check_that_a_teacher_gives_all_points_is_not_found_fault_with(toy):
     graded(toy / "submitted", toy / "grades.csv")
     fault = "check_add: "
     assert fault in page(toy / "grades.csv", "ada")
-    rows = [row | {"check_add": "2"} for row in table.read(toy / "grades.csv")]
-    table.write(toy / "grades.csv", rows[0], rows, ",")
-    merged(toy / "grades.csv")
-    assert fault not in page(toy / "grades.csv", "ada")
+    for typed, settled in ("1", False), ("2,0", True):
+        rows = [row | {"check_add": typed} for row in table.read(toy / "grades.csv")]
+        table.write(toy / "grades.csv", rows[0], rows, ",")
+        merged(toy / "grades.csv")
+        assert (fault not in page(toy / "grades.csv", "ada")) == settled
     assert "3 of 6 points" in page(toy / "grades.csv", "ada")
+
+
+def test_that_a_check_was_edited_stands_on_the_page_whatever_its_points(toy):
+    mine = answer(**GOOD)
+    of_role(mine, "check")["check_add"].source = "pass"
+    hand_in(toy / "submitted" / "ada" / "toy.ipynb", mine)
+    graded(toy / "submitted", toy / "grades.csv")
+    said = "check_add: was edited, the original counts"
+    assert said in page(toy / "grades.csv", "ada")
 
 
 def test_points_that_were_typed_are_on_the_page_after_the_next_run(grades, toy):

@@ -361,8 +361,16 @@ def test_what_holds_a_function_in_a_partial_is_not_kept():
 
 
 def test_functions_within_what_says_itself_what_it_is_are_its_own_affair():
-    assert dependencies.homes(Speaking([max, functools.partial(max, 1.0)]))
-    assert dependencies.homes(Speaking(Made(max)))
+    for part in (max, functools.partial(max, 1.0), np.float32, SSD, np.poly1d([1, 2])):
+        for held in (part, [part], Made(part), Speaking(part)):
+            assert dependencies.homes(Speaking(held)) == (Path(__file__),)
+        assert dependencies.homes(Made(Speaking(part))) == (Path(__file__),)
+
+
+def test_a_part_counts_once_it_is_reached_in_one_way():
+    held = Made(max)
+    for both in (Speaking(held), held), (held, Speaking(held)):
+        assert dependencies.homes(Made(both)) is None
 
 
 @pytest.mark.parametrize("name", TRACKERS)

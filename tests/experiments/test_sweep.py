@@ -167,7 +167,7 @@ def test_rows_come_in_order_and_from_the_cache(kept, monkeypatch):
     assert again[::-1].reset_index(drop=True).equals(rows)
 
 
-def test_a_source_is_asked_once_what_identifies_it(done):
+def test_a_source_is_asked_before_and_after_its_runs_what_identifies_it(done):
     class Recorded(Short):
         asked = []
 
@@ -177,7 +177,7 @@ def test_a_source_is_asked_once_what_identifies_it(done):
 
     recorded = Recorded(Drawn("base"))
     sweep(jobs({"a": TWO, "b": SSD()}, [recorded], range(3)), processes=1)
-    assert len(recorded.asked) == 1 and len(done) == 6
+    assert len(recorded.asked) == 2 and len(done) == 6
 
 
 @dataclasses.dataclass(frozen=True)
@@ -200,36 +200,44 @@ class Labelled(Short):
         return f"{self} {self.truth.read_text()}"
 
 
-class Learning(SSD):
-    """A tracker whose file is written anew while it runs."""
-
-    path = Path()
-
-    def identity(self):
-        return f"{self} {self.path.read_text()}"
-
-    def init(self, frame, region, rng):
-        self.path.write_text("two")
-        return super().init(frame, region, rng)
-
-
-def test_a_row_of_a_tracker_that_changed_meanwhile_is_not_kept(tmp_path, kept):
-    """Nobody knows which of both it was."""
-    Learning.path = tmp_path / "weights"
-    Learning.path.write_text("one")
-    sweep(short_jobs(1, Learning()), processes=1)
-    assert not list(kept.rglob("*.json"))
-    sweep(short_jobs(1, Learning()), processes=1)
-    assert len(list(kept.rglob("*.json"))) == 1
-
-
 def test_a_mistake_in_what_identifies_a_source_is_told():
     class Wrong(Short):
         def identity(self):
             return "a film" + 1
 
-    with pytest.raises(TypeError, match="concatenate"):
+    class WrongTracker(SSD):
+        identity = Wrong.identity
+
+    said = "^identity of Wrong.*: can only concatenate"
+    with pytest.raises(ValueError, match=said):
         Job("x", SSD(), Wrong(Drawn("base"))).key()
+    with pytest.raises(ValueError, match=said):
+        Job("x", WrongTracker(), Drawn("base")).key()
+
+
+@dataclasses.dataclass(frozen=True)
+class Learning(Weighted):
+    """A tracker whose file, or any other, is written anew while it runs."""
+
+    written: Path = Path()
+
+    def init(self, frame, region, rng):
+        self.written.write_text("two")
+        return super().init(frame, region, rng)
+
+
+@pytest.mark.parametrize("changing", ["weights", "truth"])
+def test_a_row_of_what_changed_meanwhile_is_not_kept(changing, tmp_path, kept):
+    """Nobody knows which of both it was."""
+    weights, truth = tmp_path / "weights", tmp_path / "truth"
+    for path in weights, truth:
+        path.write_text("one")
+    tracker = Learning(weights=weights, written=tmp_path / changing)
+    job = Job("x", tracker, Labelled(Drawn("base"), truth))
+    sweep([job], processes=1)
+    assert not list(kept.rglob("*.json"))
+    sweep([job], processes=1)
+    assert len(list(kept.rglob("*.json"))) == 1
 
 
 def test_what_reads_a_file_says_itself_when_it_has_changed(tmp_path):

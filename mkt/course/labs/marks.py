@@ -21,6 +21,7 @@ from mkt.course.labs.student import UNWRITTEN, Cell
 
 SLOW = "not finished after"  # says `mkt.course.labs.student`
 FREE = " (this cell costs no points)"
+ORIGINAL = "the original counts"
 
 
 class Mark(NamedTuple):
@@ -155,7 +156,7 @@ def merged(lab: NotebookNode, notebook: NotebookNode) -> NotebookNode:
             continue
         if role(cell) == "check":
             below = (names.index(n) for n in map(name, lab.cells[at:]) if n in names)
-            place = next(below, len(cells))
+            place = max(place, next(below, len(cells)))
         elif role(cell) != "given":
             continue
         again = f"{cell.id}-again" if cell.id in ids else cell.id
@@ -246,7 +247,7 @@ def edited(lab: NotebookNode, notebook: NotebookNode) -> list[str]:
         for cell, original in ours.items()
         if theirs.get(cell) != original.source.strip()
     }
-    return [f"{cell}: was {deed}, the original counts" for cell, deed in deeds.items()]
+    return [f"{cell}: was {deed}, {ORIGINAL}" for cell, deed in deeds.items()]
 
 
 def missing(lab: NotebookNode, notebook: NotebookNode) -> list[str]:

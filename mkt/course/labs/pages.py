@@ -9,9 +9,10 @@ from pathlib import Path
 import jinja2
 from nbformat import NotebookNode
 
+from mkt.course.labs.marks import ORIGINAL
 from mkt.course.labs.notebooks import headings, of_role, points
 from mkt.course.labs.submissions import OF_OTHERS
-from mkt.course.labs.table import Row
+from mkt.course.labs.table import Row, number
 from mkt.files import whole
 
 TYPED_ELSEWHERE = (
@@ -70,7 +71,7 @@ def write(output: Path, row: Row, lab: NotebookNode, models: bool) -> None:
             (check, where[check], row.get(check) or "?", points(cell))
             for check, cell in of_role(lab, "check", "question").items()
         ],
-        notes=[n for n in for_students(row) if not n.startswith(_full(row, lab))],
+        notes=[n for n in for_students(row) if not _is_settled(n, row, lab)],
         answers=_models(lab) if models and row["total"] else {},
     )
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -84,13 +85,16 @@ def for_students(row: Row) -> list[str]:
     return [one for one in lines if not one.startswith(FOR_TEACHERS)]
 
 
-def _full(row: Row, lab: NotebookNode) -> tuple[str, ...]:
-    """How lines on checks begin that have all of their points, typed by a teacher."""
-    return tuple(
-        f"{check}: "
-        for check, cell in of_role(lab, "check").items()
-        if row.get(check, "").replace(",", ".") == f"{points(cell):g}"
-    )
+def _is_settled(line: str, row: Row, lab: NotebookNode) -> bool:
+    """Whether a line finds fault with a check that a teacher gives all its points."""
+    check = line.partition(": ")[0]
+    checks = of_role(lab, "check")
+    if check not in checks or line.endswith(ORIGINAL):
+        return False
+    try:
+        return number(row.get(check, "")) == points(checks[check])
+    except ValueError:  # there is none yet
+        return False
 
 
 def is_there(output: Path, row: Row) -> bool:

@@ -7,7 +7,7 @@ from nbformat import NotebookNode
 
 from mkt.course.labs.notebooks import of_role, points
 from mkt.course.labs.pages import TYPED_ELSEWHERE
-from mkt.course.labs.table import GONE, OLDER, Row
+from mkt.course.labs.table import Row, number
 
 Labs = Mapping[str, NotebookNode]
 
@@ -40,8 +40,11 @@ def sum_up(rows: list[Row], sources: Labs) -> None:
 
 
 def counts(row: Row) -> bool:
-    """Whether a row is of a file that is there, and not an older version of it."""
-    return bool(row["file"]) and row.get("state") not in (GONE, OLDER)
+    """Whether a row is of a file that is there, and not an older version of it.
+
+    Those have the state `table.GONE` or `table.OLDER`, whatever was typed beside it.
+    """
+    return bool(row["file"]) and not row.get("state")
 
 
 def unread(row: Row, sources: Labs) -> str:
@@ -99,7 +102,7 @@ def _sum(row: Row, lab: NotebookNode, role: str) -> float | None:
 def _read(text: str, most: float, row: Row) -> float:
     """The number of points that a text says; ValueError where it says none."""
     try:
-        value = float(text.replace(",", "."))
+        value = number(text)
     except ValueError:
         value = -1
     # Python reads "1_0" as 10; a sum of checks that was typed has no upper end.

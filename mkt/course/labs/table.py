@@ -57,6 +57,11 @@ def _is_number(text: str) -> bool:
     return text.lstrip("+-").replace(".", "", 1).isdecimal()
 
 
+def number(text: str) -> float:
+    """What a number says, with a point or a comma; ValueError for what is none."""
+    return float(text.replace(",", "."))
+
+
 def read(path: Path) -> list[Row]:
     """The rows of a table, also of one that a spreadsheet has saved.
 

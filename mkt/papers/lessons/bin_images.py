@@ -147,7 +147,7 @@ def priors(
 
     margins = {"left": 0.01, "right": 0.985, "bottom": 0.15, "top": 0.88}
     left, middle, right = fig.subplots(1, 3, gridspec_kw=margins | {"wspace": 0.25})
-    show_frame(left, frame, f"{covered:.0%} covered, turned by {turned} deg")
+    show_frame(left, frame, f"{covered:.0%} covered, turned by {turned:g} deg")
     draw_truth(left, region)
     sizes = _draw_prior(middle, data, prior)
     _draw_turns(right, over_turns, believed_below, ratio)

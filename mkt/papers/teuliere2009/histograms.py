@@ -380,7 +380,7 @@ def fig4(
     """
     sharp = still(item, seed)
     blurred = _crossing(item, exposure, float(speed), seed + 1).sequence()
-    crossing = f"{speed} px per frame, exposure {exposure:.0%} of it"
+    crossing = f"{speed:g} px per frame, exposure {exposure:.0%} of it"
     frames = {"standing still": sharp.frames[1], crossing: blurred.frames[1]}
     bins = ColorBins()
     region = sharp.truth[0]
