@@ -50,8 +50,12 @@ class Registry(Mapping):
         self._importing = RLock()
 
     def add(self, name: str, entry: Any) -> None:
-        """Register an entry.  Raises ValueError when the name is taken."""
-        if name in self._entries and not Registry._stopped:
+        """Register an entry; ValueError when the name is taken.
+
+        What was written in a notebook, or in a program itself, can be written again.
+        """
+        again = _home(self._entries.get(name)) == _home(entry) == "__main__"
+        if name in self._entries and not (again or Registry._stopped):
             raise ValueError(f"{self.kind} {name}: registered twice")
         self._entries[name] = entry
 
@@ -92,6 +96,11 @@ class Registry(Mapping):
                     Registry._stopped.add(package)
                     raise
                 Registry._stopped.discard(package)
+
+
+def _home(entry: Any) -> str | None:
+    """The name of the module in which a function, a class or that of a thing is."""
+    return getattr(entry, "__module__", None)
 
 
 class UnknownName(KeyError, ValueError):  # KeyError is what a Mapping raises

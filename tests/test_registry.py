@@ -119,6 +119,17 @@ def test_a_discovery_that_was_stopped_can_be_taken_up_again(tmp_path, monkeypatc
         drawer.things.add("a", 3)
 
 
+def test_what_was_written_in_a_notebook_can_be_written_again(monkeypatch):
+    things = Registry("thing")
+    things.add("theirs", len)
+    for number in 1, 2:
+        mine = type("Mine", (), {"__module__": "__main__", "number": number})
+        things.add("mine", mine())
+        with pytest.raises(ValueError, match="theirs: registered twice"):
+            things.add("theirs", mine())
+    assert things["mine"].number == 2
+
+
 def test_a_second_thread_waits_for_all_names(tmp_path, monkeypatch):
     slow = "import time, chest\ntime.sleep(0.3)\nchest.things.add('a', 1)\n"
     package(tmp_path, monkeypatch, "chest", one=slow)

@@ -29,6 +29,7 @@ KEPT = 64  # pictures of a panel, about 15 MB
 QUICK = 0.5  # [s] of CPU for a drawing that may be made ahead
 PAUSE = 0.01  # [s] before it begins, so that a waiting move comes first
 TELL = 0.15  # [s] between two messages on how far a run over a sequence is
+INTERRUPTED = "Interrupted: the picture is that of the settings before."
 # JupyterLab has some moves answered by a second thread of the kernel, while the first
 # one draws another.
 _DRAWING = threading.Lock()
@@ -132,6 +133,8 @@ class Panel(ipywidgets.VBox):
             self._trouble.value = ""
             if change and self._cost < QUICK:
                 self._look_ahead(change)
+        except KeyboardInterrupt:
+            self._trouble.value = INTERRUPTED
         except Exception:
             text = html.escape(traceback.format_exc(limit=-3))
             style = "color: #b00020; white-space: pre-wrap"

@@ -214,10 +214,7 @@ class Recorder:
             _remove(files_of(self._output))
             return "Nothing has been written."
         names = ", ".join(map(str, files_there(self._output)))
-        return (
-            f"Of {self.done} frames, what could be written is in {names}; move them "
-            "away before the next try."
-        )
+        return f"Of {self.done} frames, what could be written is in {names}."
 
     def _named(self):
         return named(self._written[-1])

@@ -15,7 +15,7 @@ import reprlib
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from importlib.metadata import version
 from numbers import Real
 from pathlib import Path
@@ -403,8 +403,11 @@ def changed_versions(settings: Settings) -> str:
 def numbers_of(tracker: Tracker) -> Numbers:
     """The tracker's own fields that are int or float, {name: value}.
 
-    ``n`` is the number of particles, also of a filter inside it.
+    ``n`` is the number of particles, also of a filter inside it.  A class that is no
+    dataclass has none that could be set.
     """
+    if not is_dataclass(tracker):
+        return {}
     own = {f.name: getattr(tracker, f.name) for f in fields(tracker)}
     numbers = {name: v for name, v in own.items() if type(v) in (int, float)}
     inner = {"n": tracker.filter.n} if hasattr(tracker, "filter") else {}
@@ -430,6 +433,8 @@ def with_numbers(name: str, numbers: Mapping[str, float]) -> Tracker:
     for field_name, value in numbers.items():
         _refuse_number(name, known, field_name, value)
     own = {key: v for key, v in numbers.items() if hasattr(tracker, key)}
+    if not own:
+        return tracker
     return replace(tracker, **{key: type(known[key])(v) for key, v in own.items()})
 
 

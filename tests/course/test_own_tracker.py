@@ -208,7 +208,7 @@ def test_a_slip_has_its_line_and_what_was_found_before_it_is_named(own):
     assert f"resting.py, line {line}: ValueError: invalid literal" in said
     rows = (own / "a.csv").read_text().splitlines()
     assert note.startswith(
-        f"Of {len(rows) - 1} frames, what could be written is in a.csv, a.json; move"
+        f"Of {len(rows) - 1} frames, what could be written is in a.csv, a.json."
     )
 
 

@@ -257,6 +257,22 @@ def test_an_error_is_shown_in_the_panel_until_it_is_over():
     assert panel._trouble.value == ""
 
 
+def test_a_panel_says_that_its_drawing_was_interrupted(monkeypatch):
+    """Its controls stand where they were put, and the picture is another."""
+
+    def stopped(*_):
+        raise KeyboardInterrupt
+
+    panel = explore("toy.line")
+    before = panel._image.value
+    with monkeypatch.context() as patched:
+        patched.setattr(panel, "_drawn", stopped)
+        panel._controls["slope"].value = 4
+    assert "Interrupted" in panel._trouble.value and panel._image.value == before
+    panel._controls["slope"].value = 5
+    assert panel._trouble.value == "" and panel._image.value != before
+
+
 def test_two_panels_do_not_move_each_other():
     one, other = explore("toy.line"), explore("toy.line")
     before = other._image.value

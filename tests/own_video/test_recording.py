@@ -679,5 +679,5 @@ def test_a_frame_of_another_size_is_said_to_be_so(shape, clip, tmp_path):
             recorder.add(frame, info)
             recorder.add(frame[: shape[0], : shape[1]], info)
     [note] = failed.value.__notes__  # without settings there is no a.json
-    assert f"is in {output}, {output.with_suffix('.csv')}; move" in note
+    assert f"is in {output}, {output.with_suffix('.csv')}." in note
     assert len(VideoFile(output)) == len(table(output.with_suffix(".csv"))) == 2
