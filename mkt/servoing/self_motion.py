@@ -119,7 +119,7 @@ class Kalman:
         """K (2,) = P H^T / (H P H^T + R).
 
         P is the steady covariance, from scipy, as `control.dlqe` has it: the package
-        control takes a second to import.
+        control takes most of a second to import.
         """
         if self.ratio == 0:
             return locked(np.zeros(2))

@@ -70,7 +70,12 @@ class Search:
     def over(self, prior: Prior, starts: Iterable[Region], free: bool) -> Optimum:
         """The first optimum that is surely the target, over the starts, or the best.
 
-        With the orientation free or not.
+        Parameters
+        ----------
+        prior : Prior
+        starts : iterable of (5,) arrays [px, rad]
+        free : bool
+            Whether the orientation is, or is held at the first one.
         """
         total, least = 0, np.inf
         best = Optimum(prior.region, 1.0, 0, free)
@@ -103,7 +108,8 @@ class Search:
     def turned(self, prior: Prior, known: Optimum) -> Optimum:
         """The optimum under the model that explains the frame.
 
-        The other model than that of the `known` optimum starts from there.
+        The other model than that of the `known` optimum starts from there.  A turn must
+        leave less than the share `turn` of O(x), as an F-test asks without a level.
         """
         other = self.closest(prior, known.region, not known.free)
         free, first = (known, other) if known.free else (other, known)
