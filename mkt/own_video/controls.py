@@ -40,6 +40,7 @@ FIRST = "guided"  # the tracker to begin with
 PEEK = 0.25  # [s] between two looks at what is going on
 LARGEST = 40e6  # bytes of a film that is still shown in the page
 WRAPPED = {"flex_flow": "row wrap"}
+IN_THE_PANEL = "here, with this box and seed; no command knows a notebook's own tracker"
 ALERT = (
     "color: var(--jp-error-color0, #b00020); white-space: pre-wrap; line-height: 1.5"
 )
@@ -198,6 +199,13 @@ def _number(name: str, value: float, tooltip: str) -> ipywidgets.Widget:
     return kind(value, description=name, layout={"width": "12.5em"}, **words)
 
 
+def _command(output: Path) -> str:
+    """The line that tracks once more, as HTML; it wraps where the panel is narrow."""
+    settings = shlex.quote(str(output.with_suffix(".json").resolve()))
+    line = html.escape(f"python3 -m mkt track --settings {settings}", quote=False)
+    return f'<code style="overflow-wrap: anywhere">{line}</code>'
+
+
 class Report(ipywidgets.VBox):
     """What the panel says and shows: a sentence, a bar, a picture, the whole film."""
 
@@ -273,22 +281,24 @@ class Report(ipywidgets.VBox):
         of = f" of {length}" if length else ""
         self.note.value = f"{doing}: frame {done}{of}"
 
-    def finish(self, output: Path, stopped: str) -> None:
+    def finish(self, output: Path, tracker: str, stopped: str = "") -> None:
         """Say what was written and how to have it again, and show the film.
 
         Parameters
         ----------
         output : Path
             Of the film.
-        stopped : str
-            A sentence if it was stopped, else empty.
+        tracker : str
+            Its name.
+        stopped : str, optional
+            A sentence if it was stopped.
         """
         self.clear("")
-        settings = shlex.quote(str(output.with_suffix(".json").resolve()))
+        again = "The whole track" if stopped else "The same track again"
         self.note.value = (
             f"{stopped}Written: <code>{html.escape(str(output))}</code>, "
-            "<code>.csv</code> and <code>.json</code>.<br>The same track again: "
-            f"<code>python3 -m mkt track --settings {html.escape(settings)}</code>"
+            f"<code>.csv</code> and <code>.json</code>.<br>{again}: "
+            + (_command(output) if tracker in by_name.SHIPPED else IN_THE_PANEL)
         )
         if output.stat().st_size < LARGEST:
             # Made now, because an empty one is an error in the browser.

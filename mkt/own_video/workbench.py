@@ -173,7 +173,7 @@ class Workbench(ipywidgets.VBox):
             whole = await self.report.watch(pictures, len(clip), "tracking")
         self.output = output
         stopped = f"Stopped: {recorder.done} of {len(clip)} frames are in the files.  "
-        self.report.finish(output, "" if whole else stopped)
+        self.report.finish(output, settings.tracker, "" if whole else stopped)
 
     async def _record(self) -> None:
         output = free(_folder() / time.strftime("webcam-%Y%m%d-%H%M%S.avi"))

@@ -69,6 +69,7 @@ add("wm", TemplateMatching(), "window matching, WM [C14]")
 add("mil", MIL(), "MIL (OpenCV)")
 add("camshift", CamShift(), "CamShift (OpenCV)")
 add("meanshift", MeanShift(), "MeanShift (OpenCV)")
+SHIPPED = tuple(TRACKERS)  # what a command knows by its name, whatever a notebook adds
 
 
 def quick() -> list[str]:

@@ -229,11 +229,25 @@ def test_the_command_that_is_shown_can_be_copied_whatever_the_film_is_called(
     panel, place
 ):
     film = films.write(place / "a & b's <i>film.avi", [films.black()])
-    panel.report.finish(film, "")
-    *_, command = re.findall("<code>(.*?)</code>", note(panel))
+    panel.report.finish(film, "guided")
+    *_, command = re.findall("<code.*?>(.*?)</code>", note(panel))
     assert "<" not in command
     words = shlex.split(html.unescape(command))
     assert words[-1] == str(film.with_suffix(".json").resolve())
+
+
+def test_a_stopped_run_promises_the_whole_track_and_not_the_same_one(panel, place):
+    film = films.write(place / "film.avi", [films.black()])
+    panel.report.finish(film, "guided", "Stopped.  ")
+    assert "The whole track: <code" in note(panel)
+    panel.report.finish(film, "guided")
+    assert "The same track again: <code" in note(panel)
+
+
+def test_no_command_is_shown_that_does_not_know_the_tracker(panel, place):
+    film = films.write(place / "film.avi", [films.black()])
+    panel.report.finish(film, "mine")
+    assert "mkt track" not in note(panel) and "own tracker" in note(panel)
 
 
 def test_the_settings_of_a_run_give_the_same_table_again(panel, place, capsys):
