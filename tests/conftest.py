@@ -21,12 +21,16 @@ settings.register_profile("patient", deadline=None, max_examples=50)
 settings.register_profile("thorough", deadline=None, max_examples=500)
 settings.load_profile("patient")
 
-# The first worker makes the site; what only looks at it comes last, in any worker.  To
-# begin with browsers while others compute gains nothing: they compute as much.
+# The first worker makes the site.  What looks at it, or shows figures whose runs are
+# known once it is there, comes last, the longest parts first, in any worker.  To begin
+# with browsers while others compute gains nothing: they compute as much.
 OF_THE_SITE = ("test_worked.py", "test_book.py")
-LOOKED_AT = ("test_pages.py", "test_live.py")
-# Their tests show figures, whose runs are known once the site is there.
-SHOWN_AGAIN = ("test_jupyterlab.py", "test_every_figure.py")
+LOOKING = (
+    "test_live.py",
+    "test_jupyterlab.py",
+    "test_pages.py",
+    "test_every_figure.py",
+)
 
 
 def pytest_configure(config):
@@ -51,17 +55,13 @@ def pytest_runtest_setup():
 
 
 def pytest_collection_modifyitems(items):
-    """The site first, then all that is apart from it, then what finds its runs.
-
-    Of these the browsers' files come first, because nothing else takes as long: in the
-    end all workers are to stop at the same time.
-    """
+    """The site first, then all that is apart from it, then what looks at it."""
 
     def turn(item):
         name = item.path.name
         if name in OF_THE_SITE:
             return 0
-        return 2 if name in LOOKED_AT else 3 if name in SHOWN_AGAIN else 1
+        return 2 + LOOKING.index(name) if name in LOOKING else 1
 
     items.sort(key=turn)
     for item in items:
@@ -88,7 +88,8 @@ def pytest_xdist_auto_num_workers():
 def pytest_xdist_make_scheduler(config, log):
     """The tests of one file share its costly results, so they run in one worker.
 
-    So do the files that make the site.  Chapters and figures are apart from another.
+    So do the files that make the site.  Of those that look at it, the tests of each
+    page or figure do: in the end all workers are to stop at the same time.
     """
     from xdist.scheduler import LoadScopeScheduling
 
@@ -97,7 +98,7 @@ def pytest_xdist_make_scheduler(config, log):
             file, _, test = nodeid.partition("::")
             if file.endswith(OF_THE_SITE):
                 return "site"
-            if file.endswith(SHOWN_AGAIN):
+            if file.endswith(LOOKING):
                 return file + re.split(r"[\[\]-]", test + "[")[1]
             return file
 
