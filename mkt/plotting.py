@@ -1,9 +1,10 @@
 """Drawing primitives and the one style.  Nothing here computes what it draws.
 
-Trackers keep their colour in every figure (`TRACKERS`), the truth is black, what is
-desired is red and what is current is green, as in [T09].  Colours that share an axes
-differ for colour-blind readers and in grey print (tests/test_palette.py measures by how
-much); where there are too many of them for that, curves differ in their dashes too.
+Trackers keep their colour wherever several are drawn (`TRACKERS`), the truth is black,
+what is desired is red and what is current is green, as in [T09].  Colours that share an
+axes differ for colour-blind readers and in grey print (tests/test_palette.py measures
+by how much); where there are too many of them for that, curves differ in their dashes
+too.
 
 To import this module changes no setting of matplotlib: registered figures are drawn in
 `STYLE`, and `use_style` takes it over for one's own plots.
@@ -388,4 +389,6 @@ def draw_kernels(ax: Axes, kernels: Kernels, **style: Any) -> None:
         patch.set(**{"edgecolor": "white", "lw": 1.3} | style)
         ax.add_patch(patch)
     color = style.get("edgecolor", "white")
-    ax.plot(*kernels.centres.T, "+", color=color, ms=7, mew=1.6)
+    # A dark rim: an object may be as pale as the crosses are.
+    rim = [Stroke(linewidth=3.2, foreground="0.25"), Normal()]
+    ax.plot(*kernels.centres.T, "+", color=color, ms=7, mew=1.6, path_effects=rim)

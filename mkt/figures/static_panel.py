@@ -121,9 +121,18 @@ class StaticPanel:
             width=width(entry),
             image=self._frames[0],
             alt=self._description(),
+            held=self._held(),
             live=self._live,
             groups=[self._controls(group["names"]) for group in self._groups],
             data=self._data(),
+        )
+
+    def _held(self) -> str:
+        """The parameters whose values on this page are not the default ones."""
+        return ", ".join(
+            f"{title(name)} = {label(value)}"
+            for name, value in self.values.items()
+            if value != self._entry.defaults[name]
         )
 
     def _description(self) -> str:

@@ -8,7 +8,7 @@ const DECADES = 6; // of probability that are drawn
 const ROOM = [46, 22, 54, 62]; // [px] left of and above the axes, and around them
 const GREY = "rgb(125 125 125)"; // seen by day and by night
 
-const percent = (share) => `${(100 * share).toFixed(1)} %`;
+const percent = (share) => `${(100 * share).toFixed(1)}\u00a0%`;
 
 // How often something of a probability happens, in words.
 function often(each) {

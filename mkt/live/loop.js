@@ -91,6 +91,8 @@ class RootLocus {
     const far = Math.max(...this.errors.map(Math.abs));
     // Of one that runs away the beginning is shown.
     this.reach = this.radius < 1 ? Math.max(LEAST, 1.05 * far) : LEAST;
+    const away = this.errors.findIndex((each) => Math.abs(each) > this.reach);
+    this.seen = away < 0 ? this.errors : this.errors.slice(0, away + 1);
     const reach = far < 1000 ? `${far.toFixed(1)} cm` : "more than 10 m";
     this.said.textContent =
       `Largest pole ${this.radius.toFixed(3)}: ${stable}. ${product} ` +
@@ -190,7 +192,7 @@ class RootLocus {
     within(pen, box, () => {
       for (const [values, color, thick] of [
         [this.speeds, GREY, 1.2],
-        [this.errors, GREEN, 2],
+        [this.seen, GREEN, 2],
       ]) {
         Object.assign(pen, { strokeStyle: color, lineWidth: thick });
         pen.beginPath();

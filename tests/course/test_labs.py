@@ -500,6 +500,65 @@ def test_the_judge_knows_which_functions_are_the_students(lab):
     assert names_of_others(code(LABS[lab], "given", "check")) == {*written(LABS[lab])}
 
 
+# Pieces that have gone wrong, another one that calls them, and the latter's check.
+BUILT_ON = [
+    *(
+        (
+            "lab_6_hybrid_resampling",
+            "def moved(centres, velocity, runs, walk):\n    return centres",
+            "def spread_out(last, velocity, runs, tau, unit, uniform, l0=.4, g=.1):\n"
+            "    walk = (l0 + g * tau) * unit * uniform\n"
+            "    here = np.tile(last, (len(runs), 1))\n"
+            "    return moved(here, tau * velocity, runs, walk)",
+            check,
+        )
+        for check in ("check-width", "check-inertia")
+    ),
+    (
+        "lab_7_servoing",
+        "def error(s, goal):\n    return np.asarray(goal) - s",
+        "def own_motion(e, before, L, v, dt):\n"
+        "    return error(e, before) / dt - L @ v",
+        "check-own",
+    ),
+    (
+        "lab_8_plane_in_space",
+        "def exponential(A):\n    return np.eye(3) - A\n"
+        "def through(H, points):\n    return -points",
+        "def velocity(G, points):\n"
+        "    back, there = (through(exponential(h * G), points) for h in (-1e-5, 1e-5))"
+        "\n    return (there - back) / 2e-5",
+        "check_velocity",
+    ),
+    (
+        "lab_8_plane_in_space",
+        "def through(H, points):\n    return -points",
+        "def divergence(G, points):\n"
+        "    def flow(p):\n"
+        "        back, there = (through(np.eye(3) + h * G, p) for h in (-1e-4, 1e-4))\n"
+        "        return (there - back) / 2e-4\n"
+        "    return sum((flow(points + 1e-3 * e) - flow(points - 1e-3 * e)) @ e / 2e-3"
+        " for e in np.eye(2))",
+        "check_divergence",
+    ),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "lab, wrong, piece, check", BUILT_ON, ids=[check for *_, check in BUILT_ON]
+)
+def test_what_is_built_on_a_piece_that_has_gone_wrong_keeps_its_points(
+    lab, wrong, piece, check
+):
+    judge, student = judging(LABS[lab], LABS[lab])
+    judged = next(one for one in judge.checks if one.name == check)
+    with student:
+        student.run(Cell("wrong", wrong))
+        student.run(Cell("piece", piece))
+        assert judge.verdict(judged) == ""
+
+
 # What is written in one lab
 
 

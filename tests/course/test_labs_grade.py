@@ -123,18 +123,27 @@ def test_grade_takes_flat_folders_and_names_what_is_of_no_lab(toy):
 
 def test_files_side_by_side_say_whose_they_are_also_under_shortened_names(toy):
     folder = toy / "sub2"
-    files = ("zoe_lab_1", "Li Wei-lab_2 (1)", "lab_3", "tom_toy", "bob homework")
-    for file in files:
-        hand_in(folder / f"{file}.ipynb", answer(**GOOD))
-    found = submissions(folder, ["toy"], ())
-    assert {one.path.stem: one.student for one in found} == {
+    students = {
         "zoe_lab_1": "zoe",
         "Li Wei-lab_2 (1)": "Li Wei",
         "lab_3": "sub2",
+        "lab_3_par": "sub2",
         "tom_toy": "tom",
+        "Dora_Toy": "Dora",
+        "toy_cora": "cora",
+        "TOY - Zoë (1)": "Zoë (1)",
+        "toy (2)": "sub2",
         "bob homework": "bob homework",
     }
-    assert {one.path.stem for one in found if not one.named} == {"lab_3"}
+    for file in students:
+        hand_in(folder / f"{file}.ipynb", answer(**GOOD))
+    found = submissions(folder, ["toy"], ())
+    assert {one.path.stem: one.student for one in found} == students
+    unnamed = {one.path.stem for one in found if not one.named}
+    assert unnamed == {"lab_3", "lab_3_par", "toy (2)"}
+    assert {one.path.stem for one in found if one.lab} == {
+        file for file in students if "toy" in file.lower()
+    }
 
 
 def test_a_submission_cannot_pass_a_check_under_another_cells_name(toy):

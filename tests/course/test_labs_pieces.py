@@ -24,6 +24,14 @@ def test_the_velocities_are_those_of_the_library_and_may_be_complex():
     assert np.iscomplexobj(pieces.velocity(GENERATORS[0], points + 1e-9j))
 
 
+def test_what_moves_on_with_the_target_are_the_runners():
+    centres, walk = np.random.default_rng(0).normal(size=(2, 4, 2))
+    runs = np.array([True, False, True, False])
+    there = pieces.moved(centres, np.array([3.0, -1.0]), runs, walk)
+    assert np.allclose(there[~runs], (centres + walk)[~runs])
+    assert np.allclose(there[runs], (centres + walk + [3, -1])[runs])
+
+
 @given(st.floats(0, np.pi), st.floats(-3, 3))
 def test_the_tilt_is_how_far_a_plane_is_turned_out_of_the_image(angle, about):
     """About any axis in the image, seen from the front or from behind."""

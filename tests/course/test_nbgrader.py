@@ -14,11 +14,17 @@ from mkt.course.labs import notebooks
 from mkt.course.labs.notebooks import of_role, released, role
 from tests.course.toy_lab import GOOD, TOY, answer, graded, hand_in
 
+WARNING = """
+def add(a, b):
+    import warnings
+    warnings.warn("division by zero", RuntimeWarning)
+    return a + b"""
 STUDENTS = {
     "anna": answer(**GOOD),
     "ben": answer(add="def add(a, b):\n    return 3", why=GOOD["why"]),
     "cara": answer(),
     "dora": answer(**GOOD | {"check_six": "assert True"}),
+    "emil": answer(**GOOD | {"add": WARNING}),
 }
 
 
@@ -87,7 +93,7 @@ def test_nbgrader_gives_the_same_points_and_a_page_for_each_student(course):
     trusted = "--trust-the-students"  # in whichever environment nbgrader is
     ours = graded(course / "submitted", course / "ours.csv", trusted)
     assert theirs == {student: float(row["points"]) for student, row in ours.items()}
-    assert theirs == {"anna": 3, "ben": 0, "cara": 0, "dora": 3}
+    assert theirs == {"anna": 3, "ben": 0, "cara": 0, "dora": 3, "emil": 3}
     nbgrader(course, "generate_feedback", "toy")
     for student in STUDENTS:
         page = course / "feedback" / student / "toy" / "toy.html"

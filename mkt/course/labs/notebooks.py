@@ -39,6 +39,10 @@ STUBS = {
 }
 MAY_USE = "mkt_may_use"  # in the metadata of a lab without its solutions
 CONFIGURATION = """\
+import os
+
+# A check that writes to the standard error, as a warning does, would have no points.
+os.environ["PYTHONWARNINGS"] = "ignore"
 c = get_config()
 c.CourseDirectory.course_id = "mkt"
 c.ClearSolutions.code_stub = {{"python": {stub!r}}}

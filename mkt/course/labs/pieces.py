@@ -15,16 +15,30 @@ def histogram(labels: NDArray, weights: Array, m: int) -> Array:
     return q / q.sum()
 
 
+def through(H: ArrayLike, points: ArrayLike) -> Array:
+    """Lab 8: where points (n, 2) of a plane are seen under (3, 3) H, complex ones too.
+
+    Whoever takes a derivative by a complex step asks for them.
+    """
+    H, points = np.asarray(H), np.asarray(points)
+    seen = points @ H[:, :2].T + H[:, 2]
+    return seen[..., :2] / seen[..., 2:]
+
+
 def velocity(G: ArrayLike, points: ArrayLike) -> Array:
     """Lab 8: velocities (n, 2) of points (n, 2) of the plane under (3, 3) G.
 
     By moving them a hair, because a check may ask for complex ones.
     """
-    G, points = np.asarray(G), np.asarray(points)
-    g = points @ G[:, :2].T + G[:, 2]
     h = 1e-3
-    there, back = ((points + d * g[..., :2]) / (1 + d * g[..., 2:]) for d in (h, -h))
+    steps = h * np.asarray(G)
+    there, back = (through(np.eye(3) + step, points) for step in (steps, -steps))
     return (there - back) / (2 * h)
+
+
+def moved(centres: Array, velocity: Array, runs: NDArray, walk: Array) -> Array:
+    """Lab 6: centres (N, 2) a frame later; velocity (2,) is that of the runners."""
+    return np.where(np.asarray(runs)[:, None], centres + velocity, centres) + walk
 
 
 def tilt(H: Array, C: Array) -> float:

@@ -4,6 +4,7 @@ All files are copied before anything of the students' runs.
 """
 
 import hashlib
+import re
 import shutil
 import stat
 import unicodedata
@@ -105,9 +106,10 @@ def submissions(
     """What was handed in, even if it is no notebook, or not even a file, or nothing.
 
     They are STUDENT/[.../]LAB.ipynb, as nbgrader's ``submitted`` has them, or
-    STUDENT_LAB.ipynb; the name of the lab may stand anywhere in that of the file.  In
-    STUDENT_lab_1.ipynb a file's name is cut short, but says whose it is, and in
-    STUDENT.ipynb it says nothing else.
+    STUDENT_LAB.ipynb; the name of the lab may stand anywhere in that of the file, in
+    small letters or capitals, and the student's behind it.  In STUDENT_lab_1.ipynb a
+    file's name is cut short, but says whose it is, and in STUDENT.ipynb it says nothing
+    else.
     Hidden files do not count, nor do those that systems leave.
 
     Parameters
@@ -163,17 +165,26 @@ def _is_aside(part: str) -> bool:
 
 
 def _submission(folder: Path, path: Path, names: list[str]) -> Submission:
-    lab = next((lab for lab in names if lab in path.stem), None)
+    lab = next((lab for lab in names if lab in path.stem.lower()), None)
     if len(path.parts) > 1:
         student = path.parts[0]
-    elif lab or SHORT in path.stem:
-        student = path.stem.partition(lab or SHORT)[0].strip("_- ")
     else:
-        student = path.stem  # of no lab, as it seems, and so perhaps of a student
+        student = _beside_its_lab(path.stem, lab)
     named = bool(student)
     # An "e" with its accent, and an "e" and an accent, are one name.
     student = unicodedata.normalize("NFC", student or folder.resolve().name)
     return Submission(student, lab, path, named=named)
+
+
+def _beside_its_lab(stem: str, lab: str | None) -> str:
+    """Whose a file is by its name: what stands before a lab's name, or behind it.
+
+    A file that seems to be of no lab is perhaps called after a student.
+    """
+    ends = re.split(re.escape(lab or SHORT), stem, maxsplit=1, flags=re.IGNORECASE)
+    before, behind = (end.strip("_- ") for end in (ends[0], ends[-1]))
+    # A number behind it is not a student's; nor is what ends a name that is cut short.
+    return before or (behind if lab and any(map(str.isalpha, behind)) else "")
 
 
 def _copied(folder: Path, one: Submission, copies: Path) -> Submission:

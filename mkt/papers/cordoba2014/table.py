@@ -127,7 +127,7 @@ def _draw_table(
         texts = [_cell(*one) for one in zip(names, means[y], spread[y], strict=True)]
         best = means[y] == means[y].max()
         _draw_line(ax, y + 0.35, columns, (row.title, *row.printed), texts, best)
-        ax.text(columns.seen, y + 0.35, f"{seen[y]:.0f}", color="0.35", **CENTRED)
+        ax.text(columns.seen, y + 0.35, f"{seen[y]:.1f}", color="0.35", **CENTRED)
     overall = means.mean(0)
     texts = [_cell(*one) for one in zip(names, overall, overall * np.nan, strict=True)]
     best = overall == overall.max()

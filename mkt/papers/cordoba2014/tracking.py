@@ -179,6 +179,7 @@ def curves(fig: Figure, kind: str, trackers: Mapping[str, Tracker]) -> Shown:
         back, number = found_again(iou, clip)
         numbers[name] = {"true positives": share, "found again": back}
         _draw_lines(fig, k, name, _lines(share, back, number))
+    draw_name(fig, 0.767, 0.06, "truth", TRUTH, fontsize=9)
     return shown(_positions(courses), **numbers, occlusions=number)
 
 

@@ -31,7 +31,7 @@ from mkt.types import Array, NDArray, Region, Regions, Rng
 LENGTH = 60  # frames
 BRICKS = 120.0  # [px] of the wall, its width; two of them are as high as the picture
 AWAY = 380.0  # [px] where its middle is out of sight
-CLOSE = 60.0  # [px] round the crowd that are shown
+CLOSE, CLOSER = 60.0, 25.0  # [px] round the crowd: with the car, and for dots alone
 SHAPE = np.array([160.0, 120.0])  # [px] half a frame
 BEFORE, CROWD = "0.45", CONTRAST[1]
 
@@ -138,7 +138,8 @@ def beats(
     larger the dot, the more offspring, and a cross has none.  All show the part of the
     frame round the crowd.  Synthetic data: the car of figure 6 of [T09], seen without
     motion blur, behind a wall of bricks that stands where the slider puts its middle
-    [px].  The car is learnt before the wall is there.
+    [px].  The car is learnt before the wall is there.  The page draws random numbers of
+    its own: its crowd is not that of the files.
     """
     at_most(LENGTH - 1, frame=frame)
     clip, learnt = runs.clip(film(wall)), runs.clip(film())
@@ -165,7 +166,9 @@ def beats(
     draw_truth(axes[2], clip.truth[frame])
     draw_region(axes[2], made.estimate, CURRENT, lw=2.5)
     _draw_crowd(axes[3], made.predicted, offspring / offspring.max())
-    _come_closer(axes, [made.before, made.predicted, clip.truth[None, frame]])
+    there = [made.before, made.predicted, clip.truth[None, frame]]
+    _come_closer([axes[2]], there, CLOSE)
+    _come_closer([*axes[:2], axes[3]], there, CLOSER)
 
     columns = {"particle": np.arange(n), "weight": made.weights, "offspring": offspring}
     places = {"x [px]": made.predicted[:, 0], "y [px]": made.predicted[:, 1]}
@@ -181,10 +184,10 @@ def _draw_moves(ax: Axes, made: Round) -> None:
     ax.plot(*ways[0].T, "o", color=BEFORE, ms=2.5)  # over the dots, or they hide it
 
 
-def _come_closer(axes: Sequence[Axes], there: Sequence[Regions]) -> None:
-    """Show the part of the frame with all middles in it, and `CLOSE` on each side."""
+def _come_closer(axes: Sequence[Axes], there: Sequence[Regions], close: float) -> None:
+    """Show the part of the frame with all middles in it, and some [px] on each side."""
     middles = np.concatenate([regions[:, :2] for regions in there])
-    low, high = middles.min(0) - CLOSE, middles.max(0) + CLOSE
+    low, high = middles.min(0) - close, middles.max(0) + close
     centre = (low + high) / 2
     half = min(max((high - low) / 2 / SHAPE), 1.0) * SHAPE
     x, y = np.clip(centre, half, 2 * SHAPE - half) - 0.5

@@ -25,6 +25,7 @@ TURNS = np.linspace(-90, 90, 61)  # [deg]
 GROWTH = np.linspace(-0.7, 0.5, 61)  # logarithm of the size
 PARTS = ColorBins(), EdgeBins()
 HEIGHT = 18  # O(x) of nine kernels where nothing is alike
+FOOT = -0.5  # where axes begin: a dot at 0 is whole
 
 
 def scene(item: str = "car", ground: str = "workshop", **more: Any) -> Scene:
@@ -132,8 +133,9 @@ def priors(
     dashed where it is. Middle, O(x) over the size at the true place and angle (blue),
     the prior lambda (log s / s*)^2 (grey, dashed) and their sum (orange); the dots are
     their lowest points.  Right, O(x) over the orientation, and the share of O(x) at the
-    first orientation below which a turn is believed: the band.  Learnt on the car
-    upright and in full view, in colours and edges; synthetic data.
+    first orientation below which a turn is believed: the band; dots at the first
+    orientation (dark) and at the lowest point, orange if it is believed and else blue.
+    Learnt on the car upright and in full view, in colours and edges; synthetic data.
     """
     at_most(1, covered=covered)
     target, image, frame, region = covered_car(covered, turned)
@@ -183,7 +185,7 @@ def _draw_prior(ax: Axes, data: Array, prior: Array) -> dict[str, float]:
         ax.plot(GROWTH[k], curve[k], "o", color=color, ms=8)
         sizes[f"size_{name}"] = float(GROWTH[k])
     highest = max(HEIGHT, 1.05 * (data + prior).max())
-    ax.set(xlabel="log size / true size", ylabel="O(x)", ylim=(0, highest))
+    ax.set(xlabel="log (size / true size)", ylabel="O(x)", ylim=(FOOT, highest))
     place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.2}
     ax.legend(ncols=3, **place)
     return sizes
@@ -199,5 +201,5 @@ def _draw_turns(ax: Axes, over_turns: Array, share: float, ratio: float) -> None
     believed = ratio < share
     ax.plot(TURNS[k], over_turns[k], "o", color=CONTRAST[int(believed)], ms=8)
     verdict = "believed" if believed else "not believed"
-    ax.set(xlabel="turn [deg]", ylabel="O(x)", ylim=(0, HEIGHT))
+    ax.set(xlabel="turn [deg]", ylabel="O(x)", ylim=(FOOT, HEIGHT))
     ax.set_title(f"over the turn: ratio {ratio:.2f}, {verdict}")

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mkt.figures.registry import Shown, figure, shown
-from mkt.plotting import CONTRAST, DESIRED
+from mkt.plotting import CONTRAST, DASHES, DESIRED
 from mkt.types import Array, ArrayLike
 
 WAIT = 100  # frames
@@ -82,20 +82,17 @@ def chance(
         left.bar(limits[part], probability[part], 0.9 / particles, color=color)
     left.set(yscale="log", ylim=(LEAST, 1), xlabel="share of the samples that appear")
     left.set(ylabel="probability", title=f"a false start: {false:.2g} per frame")
-    for other, height in zip(COMPARED, (0.75, 0.6, 0.45), strict=True):
-        if other == epsilon:
-            continue
+    for other, dashes in zip(COMPARED, DASHES, strict=False):
         none = (1 - false_start(particles, other / 100, limits)) ** WAIT
-        right.step(limits, none, where="post", color="0.7", lw=1, zorder=1)
-        there = limits[np.argmax(none > height)] - 0.004
-        label = right.text(there, height, f"{other:g} %", color="0.4", ha="right")
-        # Over the thin lines, below the thick one and b.
-        label.set(zorder=1.5, bbox={"fc": "white", "ec": "none", "pad": 0.5})
+        style = {"color": "0.45", "lw": 1, "ls": dashes, "zorder": 1}
+        right.step(limits, none, where="post", label=f"{other:g} %", **style)
     waited = (1 - each) ** WAIT
-    right.step(limits, waited, where="post", color=CONTRAST[0], lw=2.5)
+    style = {"color": CONTRAST[0], "lw": 2.5, "label": f"{epsilon:g} %"}
+    right.step(limits, waited, where="post", **style)
+    right.legend(loc="lower right")
     none = (1 - false) ** WAIT
     right.set(xlabel="kick-off fraction b", ylabel=f"none in {WAIT} frames")
-    right.set(ylim=(-0.02, 1.02), title=f"none in {WAIT} frames: {none:.1%}")
+    right.set(ylim=(-0.02, 1.02), title=f"none in {WAIT} frames: {100 * none:.1f} %")
     for ax in (left, right):
         _draw_limits(ax, b)
     table = {"count": counts, "probability": probability, "false start": each}

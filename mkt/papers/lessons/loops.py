@@ -161,9 +161,11 @@ def _draw_answer(
     """The velocity of the target and the error of the loop, each (T,)."""
     label = "target's velocity [cm/s]"
     ax.step(times, velocity, where="post", color="0.6", lw=1.2, label=label)
-    ax.step(times, error, where="post", color=CURRENT, lw=2, label="error [cm]")
-    # Of one that runs away the beginning is shown.
+    # Of one that runs away the beginning is shown, up to where it first goes beyond.
     reach = max(LEAST, 1.05 * np.abs(error).max()) if settles else LEAST
+    beyond = np.append(np.flatnonzero(np.abs(error) > reach), len(error))[0] + 1
+    style = {"color": CURRENT, "lw": 2, "label": "error [cm]"}
+    ax.step(times[:beyond], error[:beyond], where="post", **style)
     ax.set(xlim=(0, times[-1]), ylim=(-reach, reach), xlabel="time [s]")
     ax.legend(loc="lower left", ncols=2, bbox_to_anchor=(0, 1), borderaxespad=0.1)
 

@@ -110,7 +110,7 @@ def _draw_maps(part: Any, frame: Frame, truth: Array, maps: dict[str, Array]) ->
     highest = max(surface.max() for surface in maps.values())
     for ax, (side, surface) in zip(axes[1:], maps.items(), strict=True):
         draw_map(ax, TILTS, TILTS, surface, (0, highest), xlabel="tilt_x")
-        ends = f"{surface.min():.2f} to {surface.max():.2f}"
+        ends = f"{surface.min():.3f} to {surface.max():.3f}"
         ax.set(title=f"{side}: {ends}", yticks=[])
     axes[-1].yaxis.tick_right()  # at the left they would lie on the frame
     axes[-1].yaxis.set_label_position("right")
@@ -237,10 +237,10 @@ def _draw_start(ax: Axes, kind: str, seed: int, off: tuple[float, ...]) -> None:
     _, _, frame, truth = look(kind, seed)
     start = start_from(kind, seed, *off)
     show_frame(ax, pale(frame), f"scene {seed}")
-    draw_outline(ax, start, "0.4", lw=1.2, ls="--")
     for name, homography in aligned(kind, seed, start).items():
         draw_outline(ax, homography, COLORS[name], **STYLES[name])
     draw_outline(ax, truth, lw=2.6)
+    draw_outline(ax, start, "0.4", lw=1.2, zorder=4)
 
 
 def _draw_shares(ax: Axes, errors: dict[str, Array]) -> None:
@@ -249,7 +249,7 @@ def _draw_shares(ax: Axes, errors: dict[str, Array]) -> None:
         label = f"{name}: {np.mean(values < GOAL):.0%}"
         ax.ecdf(np.clip(values, 0.01, 100), color=COLORS[name], lw=2.5, label=label)
     ax.axvline(GOAL, color="0.3", ls=":")
-    ax.set(xscale="log", xlim=(0.02, 100), ylim=(0, 1.02))
+    ax.set(xscale="log", xlim=(0.02, 130), ylim=(0, 1.02))
     ax.set(xlabel="error of the corners [px]", ylabel="share of 32 scenes")
     ax.xaxis.set_major_formatter("{x:g}")
     place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1), "borderaxespad": 0.2}

@@ -39,6 +39,7 @@ MOTIONS = (
 )
 NAMES = ("$x_n$", "$y_n$", "$a_n$", r"$\theta$")
 MOVED = CONTRAST[1]
+FEW = 60  # frames of a curve with a dot for each
 # Of motions along and, dashed, about the three axes.
 STYLES: list[dict[str, Any]] = [
     {"color": color, "ls": dash} for dash in DASHES[:2] for color in CONTRAST
@@ -206,9 +207,9 @@ def approach(
     errors = error(features(run.truths, tried.servo.camera), tried.servo.goal)
     promised = np.exp(-gain * run.times)[:, None] * errors[0]
 
-    left = fig.add_axes((0.01, 0.02, 0.5, 0.9))
+    left = fig.add_axes((0.01, 0.02, 0.48, 0.9))
     _draw_approach(left, tried, run, outlines)
-    left.set_title(f"gain x frame period = {gain / fps:.2f}")
+    left.set_title(f"gain × frame period = {gain / fps:.2g}")
     margins = {"left": 0.59, "right": 0.985, "bottom": 0.11, "top": 0.93}
     spaces = margins | {"hspace": 0.28}
     upper, *lower = fig.subplots(3, 1, sharex=True, gridspec_kw=spaces)
@@ -235,8 +236,9 @@ def _draw_errors(ax: Axes, times: Array, errors: Array, promised: Array) -> None
     """The errors (T, 4) over time, and dotted those that the law promises."""
     styles = [*STYLES[:3], STYLES[5]]
     curves = zip(NAMES, errors.T, promised.T, styles, strict=True)
+    dots = "." if len(times) <= FEW else ""  # many would fill the gaps of a dashed line
     for name, values, ideal, style in curves:
-        ax.plot(times, values, marker=".", ms=4, label=name, **style)
+        ax.plot(times, values, marker=dots, ms=4, label=name, **style)
         ax.plot(times, ideal, ":", color=style["color"], lw=1.2)
     largest = 1.3 * np.abs(errors[0]).max()
     ax.set(xlim=(0, 6), ylim=(-largest, largest), ylabel="error")

@@ -297,6 +297,7 @@ def _draw_offspring(
     ax.set(title=f"{np.count_nonzero(counts)} of {n} live on")
     # Room for the legend above one that has them all.
     ax.set(xlabel="particle", xticks=range(n), ylabel="offspring", ylim=(0, 1.35 * n))
+    ax.yaxis.get_major_locator().set_params(integer=True)
     ax.legend(loc="upper right")
 
 
@@ -354,7 +355,8 @@ def run(
     iou = overlap(track.regions, clip.truth)
 
     left = fig.add_axes((0.01, 0.36, 0.56, 0.6))
-    title = f"frame {k}: {label(tracker, particles)}"
+    last = " (the last)" if k < frame else ""
+    title = f"frame {k}{last}: {label(tracker, particles)}"
     estimate = track.regions[k]
     draw_tracked(left, clip.frames[k], clip.truth[k], estimate, CURRENT, title)
     margins = {"left": 0.65, "right": 0.985, "bottom": 0.43, "top": 0.95}
@@ -449,6 +451,6 @@ def _draw_course(ax: Axes, clip: Clip, track: Track, iou: Array, k: int) -> None
     dashed = {"color": "0.2", "ls": "--", "lw": 1.2}
     ax.plot(times, track.info["distance"], label="distance $d_m$", **dashed)
     ax.axvline(k, color="black", lw=1.2)
-    ax.set(xlabel="frame", xlim=(0, times[-1]), xticks=range(0, len(clip), 20))
-    ax.set(ylim=(0, 1), yticks=(0, 0.5, 1))
+    ax.set(xlabel="frame", xlim=(0, times[-1] + 0.5), xticks=range(0, len(clip), 20))
+    ax.set(ylim=(0, 1.03), yticks=(0, 0.5, 1))
     ax.legend(loc="lower left", ncols=2, bbox_to_anchor=(0, 0.98), borderaxespad=0.2)

@@ -85,7 +85,8 @@ def neighbours(
     Middle, the squared distance of regions along x, each over its largest value, for
     Bhattacharyya's distance of hard bins and four that know neighbouring bins.  Right,
     what each was worth to a filter of 50 particles with 930 bins in changing light,
-    over the held-back scenes.  Learnt in a sharp frame in white light.  Synthetic data.
+    over the held-back scenes; the lines are 95 % intervals of the mean.  Learnt in a
+    sharp frame in white light.  Synthetic data.
     """
     margins = LEFT | {"wspace": 0.5, "top": 0.82}
     axes = fig.subplots(1, 3, width_ratios=(1.1, 1.2, 0.9), gridspec_kw=margins)
@@ -144,11 +145,11 @@ def silhouettes(
     """Where a target is, inside its box.
 
     From the left: the first frame round the box; the shape by grab-cut; the share of
-    each pixel's colour that lies inside rather than around; the squared distance of
-    regions along x a second later, over its largest value, for one kernel of constant
-    weight on the box, on the ellipse and on both shapes; and the overlap of a filter
-    with 50 particles over the held-back scenes with rings and starfish.  Synthetic
-    data.
+    each pixel's colour that lies inside rather than around, both with their mean over
+    the box; the squared distance of regions along x a second later, over its largest
+    value, for one kernel of constant weight on the box, on the ellipse and on both
+    shapes; and the overlap of a filter with 50 particles over the held-back scenes with
+    rings and starfish; the lines are 95 % intervals of the mean.  Synthetic data.
     """
     widths = (1, 1, 1, 1.5, 1.2)
     axes = fig.subplots(
@@ -212,7 +213,8 @@ def learnt_motion(
     next (a black line, with a cross where it is then), and for each model 200 particles
     some frames ahead, which started from the true region and the true change of it.
     In the middle, how far these are from the truth at that time, in the median.  Right,
-    hits of filters with 20 particles over the held-back scenes of the same kind.
+    hits of filters with 20 particles over the held-back scenes of the same kind; the
+    lines are 95 % intervals of the mean.
     The learnt models are those of the chapter, from the true paths of other scenes.
     Synthetic data.
     """
@@ -239,8 +241,8 @@ def learnt_motion(
     bars = axes[1].barh(list(spread), list(spread.values()))
     for bar, color in zip(bars, MODELS.values(), strict=True):
         bar.set_color(color)
-    axes[1].invert_yaxis()
     axes[1].set(xlabel="median distance from the truth [px]")
+    axes[1].set_ylim(len(MODELS) - 0.5, -0.5)  # rows level with those at the right
     cells = {name: (kind, f"{name}, 20", color) for name, color in MODELS.items()}
     means = _draw_means(axes[2], cells, "hits")
     axes[2].set_yticks([])

@@ -28,13 +28,14 @@ FRAMES = 25  # that are timed
 NUMBERS = 50, 100, 200, 400, 800  # of samples
 HALVES = 12, 18, 27, 40, 60  # [px] half axes H_x of ellipses
 ASPECT = 1.25  # their H_y over H_x
+COMPARED = {"rgb 4x4x4": "D:", "rgb 8x8x8": "s-"}  # bins, and how their costs are drawn
 
 
 @figure(
     "nummiaro2003.fig5",
     size=(10, 3.9),
     particles=[50, 100, 200],
-    bins=["rgb 4x4x4", "rgb 8x8x8"],
+    bins=list(COMPARED),
 )
 def fig5(fig: Figure, *, particles: int = 100, bins: str = "rgb 8x8x8") -> Shown:
     """What a frame costs: over the frames, and against samples, region size and bins.
@@ -42,12 +43,13 @@ def fig5(fig: Figure, *, particles: int = 100, bins: str = "rgb 8x8x8") -> Shown
     Measured while the figure is drawn, on this machine, in CPU time; so it is never
     twice the same.  Synthetic data: the person and the car of figure 4, which cost
     about the same where nothing else runs.  In the middle against the number of
-    samples, for a whole frame and for the histograms of the samples alone.  At the
-    right the histograms of 100 ellipses of growing area: with a grid of points as fine
-    as the pixels, as a direct (3) would need, and with the fixed grid that the tracker
-    uses, whose cost does not depend on the size.  The slope in a doubly logarithmic
-    plot is the exponent.  The print has the times of its person and its car at 800 MHz,
-    and says that they depend on the size of the region; ours hardly do.
+    samples, for a whole frame and for the histograms of the samples alone, these with
+    both numbers of bins.  At the right the histograms of 100 ellipses of growing area:
+    with a grid of points as fine as the pixels, as a direct (3) would need, and with
+    the fixed grid that the tracker uses, whose cost does not depend on the size.  The
+    slope in a doubly logarithmic plot is the exponent.  The print has the times of its
+    person and its car at 800 MHz, and says that they depend on the size of the region;
+    ours hardly do.
     """
     tracker = Adaptive(n=particles, bins=BINS[bins])
     by_frame = {name: step_costs(tracker, name) for name in TARGETS}
@@ -59,7 +61,7 @@ def fig5(fig: Figure, *, particles: int = 100, bins: str = "rgb 8x8x8") -> Shown
     left, middle, right = fig.subplots(1, 3, gridspec_kw=margins | {"wspace": 0.3})
     title = f"N = {particles}, {tracker.bins.m} bins"
     _draw_by_frame(left, by_frame, title)
-    slope = _draw_by_number(middle, by_number)
+    slopes = _draw_by_number(middle, by_number)
     fine, fixed = _draw_by_area(right, areas, by_area)
     parts = [
         _costs("frame", np.arange(1, FRAMES + 1), by_frame),
@@ -67,7 +69,7 @@ def fig5(fig: Figure, *, particles: int = 100, bins: str = "rgb 8x8x8") -> Shown
         _costs("area [px]", areas, by_area),
     ]
     table = pd.concat(parts, ignore_index=True)
-    return shown(table, **by_frame, samples=slope, pixels=fine, grid=fixed)
+    return shown(table, **by_frame, samples=slopes, pixels=fine, grid=fixed)
 
 
 # Times are kept, so that a slider measures only what it changes.
@@ -134,8 +136,11 @@ def _costs_by_number(tracker: Adaptive) -> dict[str, Array]:
     """CPU times [ms] for `NUMBERS` of samples: a frame, and the histograms alone."""
     trackers = [replace(tracker, n=n) for n in NUMBERS]
     frames = [step_costs(one, "car", 4).min() for one in trackers]
-    alone = [histogram_cost(tracker.bins, 40, n) for n in NUMBERS]
-    return {"a frame": np.array(frames), "histograms": np.array(alone)}
+    costs = {"a frame": np.array(frames)}
+    for name in COMPARED:
+        alone = [histogram_cost(BINS[name], 40, n) for n in NUMBERS]
+        costs[f"histograms, {BINS[name].m} bins"] = np.array(alone)
+    return costs
 
 
 def _costs_by_area(bins: Bins) -> dict[str, Array]:
@@ -163,21 +168,28 @@ def _draw_by_frame(ax: Axes, curves: Mapping[str, Array], title: str) -> None:
     ax.legend(loc="lower right")
 
 
-def _draw_by_number(ax: Axes, curves: Mapping[str, Array]) -> float:
-    """Costs against the number of samples; returns the histograms' exponent."""
-    whole, alone = curves.values()
-    slope = timing.exponent(NUMBERS, alone)
+def _draw_by_number(ax: Axes, curves: Mapping[str, Array]) -> list[float]:
+    """Costs against the number of samples; returns the histograms' exponents."""
+    (_, whole), *alone = curves.items()
+    slopes = [timing.exponent(NUMBERS, costs) for _, costs in alone]
     ax.loglog(NUMBERS, whole, "o-", color=CAR, label="a frame of the car")
-    label = f"histograms: exponent {slope:.2f}"
-    ax.loglog(NUMBERS, alone, "s-", color=PLAIN, label=label)
+    styles = COMPARED.values()
+    for (name, costs), slope, style in zip(alone, slopes, styles, strict=True):
+        label = f"{name}: {_rounded(slope)}"
+        ax.loglog(NUMBERS, costs, style, color=PLAIN, label=label)
     times = [0.2, 0.5, 1, 2, 5, 10]
     ax.set_xticks(NUMBERS, [str(n) for n in NUMBERS])
     ax.set_yticks(times, [f"{t:g}" for t in times])
     ax.minorticks_off()
     labels = {"xlabel": "samples N", "ylabel": "CPU time [ms]"}
-    ax.set(ylim=(None, 3 * whole.max()), title="number of samples", **labels)
-    ax.legend(loc="upper left")
-    return slope
+    ax.set(ylim=(None, 9 * whole.max()), title="number of samples, and bins", **labels)
+    ax.legend(loc="upper left", title="with the exponents", alignment="left")
+    return slopes
+
+
+def _rounded(slope: float) -> str:
+    """An exponent in two places, one next to nothing without a minus."""
+    return f"{round(slope, 2) + 0.0:.2f}"
 
 
 def _draw_by_area(
@@ -187,7 +199,7 @@ def _draw_by_area(
     fine, fixed = curves.values()
     slopes = timing.exponent(areas[1:], fine[1:]), timing.exponent(areas[1:], fixed[1:])
     labels = [
-        f"{name}: exponent {slope:.2f}"
+        f"{name}: exponent {_rounded(slope)}"
         for name, slope in zip(curves, slopes, strict=True)
     ]
     ax.loglog(areas, fine, "o-", color=PALE, label=labels[0])

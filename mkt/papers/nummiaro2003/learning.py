@@ -178,7 +178,7 @@ def fig9(
     scene = traffic(0, van)
     clip = runs.clip(scene)
     true = clip.truth[:, 3]
-    left = fig.add_axes((0.07, 0.13, 0.5, 0.74))
+    left = fig.add_axes((0.07, 0.13, 0.5, 0.7))
     right = fig.add_axes((0.65, 0.13, 0.335, 0.66))
     tables, facts, means = [], {}, []
     largest = true.max()
@@ -199,7 +199,7 @@ def fig9(
         facts |= {f"{title} {name}": value for name, value in measured.items()}
         facts |= _likeness_facts(title, alike)
     left.set(xlabel="frame", ylabel="$H_x$ [px]", ylim=(0, 1.15 * largest))
-    left.set_title(f"mean error of $H_x$: {', '.join(means)}", loc="left", x=-0.12)
+    left.set_title(f"mean error of $H_x$:\n{', '.join(means)}", loc="left")
     right.set(xlim=(0, len(clip) - 1))
     return shown(pd.concat(tables, ignore_index=True), **facts)
 

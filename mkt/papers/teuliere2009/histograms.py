@@ -172,7 +172,7 @@ def fig2(
     """The multiple-kernel configuration.
 
     Left, centres and supports of the kernels over the object; right, the weight that
-    each kernel gives to each place, white being none.
+    each kernel gives to each place, the bluer the more.
 
     In the page: Centres and supports of the kernels over the object, and the weight
     that the chosen one gives to each place, the bluer the more.

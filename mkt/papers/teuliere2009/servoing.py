@@ -188,7 +188,7 @@ def fig8(
     scene = fig.add_axes((0.0, 0.03, 0.5, 0.97), projection="3d")
     _draw_scene(scene, tried.workspace, run, frame)
     ax = fig.add_axes((0.51, 0.03, 0.48, 0.85))
-    x, y = (f"{value:.3f}".replace("-", "−") for value in (error[:2] + 0.0).tolist())
+    x, y = (f"{v + 0.0:.3f}".replace("-", "−") for v in error[:2].round(3).tolist())
     errors = f"$e_{{xn}}$ = {x}, $e_{{yn}}$ = {y}"
     draw_view(ax, tried, run, frame, f"frame {frame}: {errors}")
     camera = run.poses[:, :3, 3]
@@ -316,7 +316,7 @@ def _draw_velocities(ax: Axes, truth: Array, measured: Array, estimated: Array) 
     ax.step(later, truth, where="pre", color=TRUTH, lw=1.1, label="truth")
     ax.plot(later, measured, "o", ms=3.5, color=MEASURED_COLOR, label="measured")
     ax.plot(estimated, color=COLOR, lw=2, label="estimated")
-    ax.set(xlim=(0, later[-1]), xlabel="frame")
+    ax.set(xlim=(0, later[-1] + 0.5), xlabel="frame")
     largest = max(1, 1.1 * np.nanmax(np.abs([*measured, *estimated])))
     ax.set(ylim=(-largest, largest), ylabel=r"velocity of $y_n$ [1/s]")
     ax.legend(loc="lower left", ncols=3, bbox_to_anchor=(0, 1), borderaxespad=0.1)

@@ -146,7 +146,8 @@ def fig6(
     says nothing; coloured are five runs over the same path that differ in their sensor
     noise and random numbers, run 0 thick.  Angles are drawn on the turn nearest the
     truth.  The table has the median over the runs of each run's median error before and
-    after the occlusion.
+    after the occlusion.  The page draws random numbers of its own: its runs are not
+    those of the files.
 
     The kernel of (1) is round, and cannot know the angle.  A run is lost when it misses
     the target in most of the last ten frames.  The paper shows one run on one real
