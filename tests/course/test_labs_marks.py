@@ -45,6 +45,7 @@ def test_a_page_has_its_formulas_in_letters(title, tmp_path):
     text = page(output, "ada")
     assert "Model answers" in text
     assert [line for line in text.splitlines() if "$" in line or "\\" in line] == []
+    assert "Ada Lovelace" not in text
 
 
 def typed(output, text, column="why"):

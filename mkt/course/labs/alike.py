@@ -13,9 +13,9 @@ from mkt.course.labs.marks import answers
 from mkt.course.labs.notebooks import name, of_role, released
 from mkt.course.labs.source import LONGEST, parsed
 from mkt.course.labs.submissions import Work
-from mkt.course.labs.variants import plain_name
+from mkt.course.labs.variants import NAME, plain_name
 
-OWN = {"my_name", NUMBER}  # pieces that differ even in copies
+OWN = {NAME, NUMBER}  # pieces that differ even in copies
 LONG = 40  # [letters] beyond which an answer is not the same by chance
 
 

@@ -13,6 +13,7 @@ from mkt.course.labs.marks import ORIGINAL
 from mkt.course.labs.notebooks import headings, of_role, points
 from mkt.course.labs.submissions import OF_OTHERS
 from mkt.course.labs.table import Row, number
+from mkt.course.labs.variants import NAME
 from mkt.files import whole
 
 TYPED_ELSEWHERE = (
@@ -163,10 +164,11 @@ def _title(lab: NotebookNode) -> str:
 
 
 def _models(lab: NotebookNode) -> dict[str, str]:
-    """The model solutions and answers, {name of the cell: text}."""
+    """The model solutions and answers, {name of the cell: text}, but nobody's name."""
     return {
         name: re.sub(r"\$([^$]+)\$", _in_letters, _model(cell))
         for name, cell in of_role(lab, "solution", "question").items()
+        if name != NAME
     }
 
 

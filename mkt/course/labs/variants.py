@@ -18,6 +18,8 @@ NOBODYS = 1  # the seed while no name is written
 FIRST = 2000  # beyond those that trackers were tuned and are judged on
 MANY = 10**6  # so two of sixty students share a scene in one class of six hundred
 
+NAME = "my_name"  # the function, and the cell in which it is written
+
 
 def own_seed(my_name: Callable[[], str]) -> int:
     """The seed for the name that a student's function returns.
@@ -54,7 +56,7 @@ def plain_name(text: str) -> str:
 
 def written_name(notebook: NotebookNode) -> str:
     """The name that stands in a notebook's ``my_name``, "" where none can be read."""
-    sources = [cell.source for cell in notebook.cells if name(cell) == "my_name"]
+    sources = [cell.source for cell in notebook.cells if name(cell) == NAME]
     nodes = ast.walk(parsed("\n".join(sources)[:LONGEST]))
     returned = [node.value for node in nodes if isinstance(node, ast.Return)]
     texts = [one.value for one in returned if isinstance(one, ast.Constant)]
