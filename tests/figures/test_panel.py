@@ -375,6 +375,14 @@ def test_the_picture_of_a_live_figure_has_its_own_caption_until_the_page_compute
     assert computed == captions.caption(entry, live=True) != caption
 
 
+def test_beside_the_files_stands_which_values_the_page_holds(static):
+    held = explore("toy.line", slope=2)._repr_html_()
+    assert "with the default values; here slope = 2</p>" in held
+    for as_it_is in ({}, {"slope": FIGURES["toy.line"].defaults["slope"]}):
+        text = explore("toy.line", **as_it_is)._repr_html_()
+        assert "with the default values</p>" in text
+
+
 def test_a_picture_without_sliders_has_files_to_save_and_a_caption(static):
     text = show("toy.line", slope=2)._repr_html_()
     assert 'alt="A line. slope = 2, color = red, title = &lt;a &amp; b&gt;."' in text

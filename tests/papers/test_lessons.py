@@ -320,6 +320,54 @@ def test_a_false_start_is_seen_at_the_end_of_the_slider_too():
     )
 
 
+def test_an_error_that_runs_away_ends_where_it_leaves_the_picture():
+    fig, shown = FIGURES["own.root_locus"].draw(gain=8, delay=3)
+    (_, line) = fig.axes[1].lines
+    drawn, reach = np.abs(line.get_ydata()), fig.axes[1].get_ylim()[1]
+    assert (drawn[:-1] <= reach).all() and drawn[-1] > reach
+    assert len(drawn) < len(shown["error"])
+
+
+def test_an_error_that_settles_is_drawn_to_its_end():
+    fig, shown = FIGURES["own.root_locus"].draw()
+    assert len(fig.axes[1].lines[1].get_ydata()) == len(shown["error"])
+
+
+def test_many_frames_have_no_dots_that_fill_the_gaps_of_dashes():
+    for fps, dotted in ((5, True), (25, False)):
+        fig, _ = FIGURES["own.approach"].draw(fps=fps)
+        markers = {line.get_marker() for line in fig.axes[1].lines[:-1:2]}
+        assert markers == {"." if dotted else ""}
+
+
+def test_all_of_a_crowd_and_the_whole_car_are_seen():
+    fig, shown = FIGURES["own.beats"].draw(30)
+    x, y = shown["x [px]"], shown["y [px]"]
+    widths = []
+    for ax in fig.axes:
+        (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+        assert ((left < x) & (x < right) & (top < y) & (y < bottom)).all()
+        widths.append(right - left)
+    assert widths[0] == widths[1] == widths[3] < widths[2]
+
+
+def test_bars_and_means_of_a_model_are_on_one_line():
+    fig, _ = FIGURES["own.learnt_motion"].draw()
+    _, bars, means = fig.axes
+    heights = [bar.get_y() + bar.get_height() / 2 for bar in bars.patches]
+    assert np.allclose(heights, [line.get_ydata()[0] for line in means.lines])
+    assert bars.get_ylim() == means.get_ylim()
+
+
+def test_a_run_that_is_over_says_which_frame_is_its_last():
+    titles = [
+        FIGURES["own.run"].draw(frame=frame, scene="fast")[0].axes[0].get_title()
+        for frame in (59, 75)
+    ]
+    assert titles[0].startswith("frame 59:")
+    assert titles[1].startswith("frame 59 (the last):")
+
+
 def test_the_next_crowd_is_drawn_where_it_was_predicted():
     fig, shown = FIGURES["own.beats"].draw(30)
     (dots,) = fig.axes[3].collections

@@ -149,7 +149,7 @@ def meter(monkeypatch):
 
 def test_fig5_cost_is_linear_in_samples_and_in_pixels_and_flat_on_the_fixed_grid(meter):
     row = shown(costs.fig5)
-    assert row["samples"] == pytest.approx(1)
+    assert row["samples"] == pytest.approx([1, 1])
     assert row["pixels"] == pytest.approx(1, abs=0.05)
     assert row["grid"] == pytest.approx(0, abs=1e-9)
     assert len(row["person"]) == len(row["car"]) == 25
@@ -161,10 +161,27 @@ def test_fig5_cost_is_linear_in_samples_and_in_pixels_and_flat_on_the_fixed_grid
         "person": 25,
         "car": 25,
         "a frame": 5,
-        "histograms": 5,
+        "histograms, 64 bins": 5,
+        "histograms, 512 bins": 5,
         "every pixel": 5,
         "fixed grid": 5,
     }
+
+
+def test_fig5_each_number_of_bins_is_counted_with_that_many(monkeypatch):
+    """Here a bin costs 1 ms."""
+    monkeypatch.setattr(costs, "histogram_cost", lambda bins, half, n: float(bins.m))
+    by_number = costs._costs_by_number(Adaptive(n=5))
+    assert set(by_number["histograms, 64 bins"]) == {64}
+    assert set(by_number["histograms, 512 bins"]) == {512}
+
+
+def test_fig5_an_exponent_of_next_to_nothing_has_no_minus():
+    assert [costs._rounded(x) for x in (-0.004, 0.004, -0.5)] == [
+        "0.00",
+        "0.00",
+        "-0.50",
+    ]
 
 
 # Whole sequences

@@ -145,6 +145,12 @@ def test_fig8_the_camera_goes_where_the_car_goes():
         assert not shown["lost"].any()
 
 
+def test_fig8_an_error_of_next_to_nothing_has_no_minus():
+    fig, shown = FIGURES["teuliere2009.fig8"].draw(frame=0)
+    title = fig.axes[1].get_title()
+    assert shown.table[servoing.ERRORS[1]][0] < 0 and "$e_{yn}$ = 0.000" in title
+
+
 def test_fig8_minus_signs_stand_apart_from_the_ticks():
     fig, _ = FIGURES["teuliere2009.fig8"].draw(100)
     fig.canvas.draw()
