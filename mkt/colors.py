@@ -94,10 +94,16 @@ class BinImage:
                 "shares must be finite, not negative, and not all 0; give how much a "
                 "pixel counts in each bin"
             )
-        for first, n in self.compasses:
-            if not 0 <= first < first + n <= self.m:
+        if not checks.are_finite(self.origin, 2):
+            raise ValueError(
+                f"origin is {self.origin}; give two finite numbers, x and y"
+            )
+        for group in self.compasses:
+            first, n = group if np.shape(group) == (2,) else (-1, 0)
+            whole = checks.is_whole(first, 0) and checks.is_whole(n, 1)
+            if not (whole and first + n <= self.m):
                 raise ValueError(
-                    f"compasses has ({first}, {n}), but bins are numbered from 0 to "
+                    f"compasses has {group}, but bins are numbered from 0 to "
                     f"{self.m - 1}; give the first one and how many there are"
                 )
 

@@ -22,7 +22,7 @@ import numpy as np
 import shapely
 
 from mkt.checks import check_seed, of_kind
-from mkt.regions import HX, area, corners, from_box, to_box, wrap_angle
+from mkt.regions import HX, area, as_regions, corners, from_box, to_box, wrap_angle
 from mkt.tracking import Sequence, Track, Tracker, check_tracker, checked_step
 from mkt.types import Array, ArrayLike, NDArray
 
@@ -158,7 +158,18 @@ def overlaps(regions: ArrayLike, clip: Sequence) -> Array:
     -------
     (..., T) array in [0, 1]
         NaN in frame 0 and where the target is hidden.
+
+    Raises
+    ------
+    ValueError
+        For another number of regions than the sequence has frames.
     """
+    regions = as_regions(regions)
+    if regions.ndim < 2 or regions.shape[-2] != len(clip):
+        raise ValueError(
+            f"regions has the shape {regions.shape}; give one region for each of the "
+            f"{len(clip)} frames, (..., {len(clip)}, 5)"
+        )
     iou = np.nan_to_num(overlap(regions, clip.truth, clip.upright))
     return np.where(scored_frames(clip), iou, np.nan)
 

@@ -190,6 +190,12 @@ def mixed_histograms(
     """
     _check(image, kernels)
     regions = as_places(regions)
+    wanted = len(regions), len(kernels.weights)
+    if np.shape(shares) != wanted:
+        raise ValueError(
+            f"shares has the shape {np.shape(shares)}; give a share of each kernel for "
+            f"each region, {wanted}"
+        )
     weights = np.asarray(shares, np.float32) @ kernels.weights.astype(np.float32)
     result = np.empty((len(regions), image.m), np.float32)
     for part, labels in _chunks(image, kernels, regions):

@@ -58,8 +58,9 @@ class Kernels:
         hx / hy of the object; `fitted` takes it from a region.  Without it there are no
         arrays.
     samples : int
-        About how many sample points there are.  Fewer are faster; more of them lower
-        the sampling floor and steady an optimiser.
+        About how many points the grid on the rectangle has; those that no kernel sees
+        are left out.  Fewer are faster; more of them lower the sampling floor and
+        steady an optimiser.
 
     Raises
     ------

@@ -204,9 +204,11 @@ def smoothed(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
 
 def quadratic(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
     """d^2 = (q - q*)^T S (q - q*) / 2, (...) in [0, 1], of histograms (..., m)."""
-    off = np.asarray(q) - np.asarray(reference)
+    q, reference = _of_these(q, bins), _of_these(reference, bins)
+    off = q - reference
     product = np.einsum("...m,...m->...", shared(off, bins), off)
-    return np.maximum(product / 2, 0)  # rounding may leave a little less
+    d2 = np.maximum(product / 2, 0)  # rounding may leave a little less
+    return _seen(q, d2)
 
 
 def earth_mover(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
@@ -216,13 +218,22 @@ def earth_mover(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
     nowhere to be carried.  Saturation and value are not looked at.
     """
     hues, saturations, _ = hsv_counts(bins)
-    both = _of_these(q, bins), _of_these(reference, bins)
-    shares = [_hues(each, hues, saturations) for each in both]
+    q, reference = _of_these(q, bins), _of_these(reference, bins)
+    shares = [_hues(each, hues, saturations) for each in (q, reference)]
     total = [each.sum(-1) for each in shares]
     p, r = (
         h / np.maximum(t, 1e-9)[..., None] for h, t in zip(shares, total, strict=True)
     )
-    return np.minimum(*total) * circular_emd(p, r) + np.abs(total[0] - total[1])
+    d2 = np.minimum(*total) * circular_emd(p, r) + np.abs(total[0] - total[1])
+    return _seen(q, d2)
+
+
+def _seen(q: NDArray, d2: Array) -> Array:
+    """Squared distances of histograms q (..., m): 1, the largest, where all is zero.
+
+    Nothing was seen there, because the region lies outside the image.
+    """
+    return np.where(q.any(-1), d2, 1.0)
 
 
 def _hues(q: NDArray, hues: int, saturations: int) -> NDArray:

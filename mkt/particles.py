@@ -102,7 +102,7 @@ class Motion:
 
     def scatter(self, region: ArrayLike, n: int, rng: Rng) -> Particles:
         """Some particles, as one frame of noise spreads them round a region (5,)."""
-        regions = np.tile(np.asarray(region, float), (n, 1))
+        regions = np.tile(checks.checked_region(region), (n, 1))
         return self.predict(Particles(regions, np.zeros((n, 2))), rng)
 
     def predict(self, particles: Particles, rng: Rng) -> Particles:
@@ -485,6 +485,7 @@ def _is_one(total: float) -> bool:
 def _distribution(weights: ArrayLike) -> Array:
     """The weights (N,) as an array; ValueError where they are no distribution."""
     weights = np.asarray(weights, float)
-    if not (weights.size and weights.min() >= 0 and 0 < weights.sum() < np.inf):
+    some = weights.ndim == 1 and weights.size
+    if not (some and weights.min() >= 0 and 0 < weights.sum() < np.inf):
         raise ValueError(NO_DISTRIBUTION)
     return weights

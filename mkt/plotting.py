@@ -359,8 +359,13 @@ def bin_colors(bins: Bins) -> Array:
 
 
 def draw_histogram(ax: Axes, q: ArrayLike, bins: Bins, **labels: Any) -> None:
-    """A histogram q (m,), an array or a list, as bars in the colours of their bins."""
+    """A histogram q (m,), an array or a list, as bars in the colours of their bins.
+
+    ValueError for a histogram of other bins.
+    """
     q = np.asarray(q)
+    if q.shape != (bins.m,):
+        raise ValueError(f"q has the shape {q.shape}, but there are {bins.m} bins")
     u = np.flatnonzero(q)
     outline = ((-0.5, 0), (-0.5, 1), (0.5, 1), (0.5, 0))
     bars = np.stack([np.stack([u + x, q[u] * y], -1) for x, y in outline], 1)

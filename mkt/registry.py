@@ -54,6 +54,8 @@ class Registry(Mapping):
 
         What was written in a notebook, or in a program itself, can be written again.
         """
+        if not isinstance(name, str):
+            raise ValueError(f"{self.kind} {name!r}: a name is a text")
         again = _home(self._entries.get(name)) == _home(entry) == "__main__"
         if name in self._entries and not (again or Registry._stopped):
             raise ValueError(f"{self.kind} {name}: registered twice")

@@ -14,7 +14,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from mkt.checks import checked_frame, checked_region, in_words, of_kind
+from mkt.checks import checked_frame, checked_region, in_words, is_number, of_kind
 from mkt.colors import ColorBins
 from mkt.kernels import Kernels
 from mkt.regions import outside, warp_matrices
@@ -105,9 +105,11 @@ def patch(frame: Frame, region: ArrayLike, around: float = AROUND) -> Frame:
     """The square round a region, upright and about SIDE `around` wide: (n, n, 3).
 
     The region is its SIDE x SIDE pixels in the middle.  Beyond the image the pixels of
-    its border are repeated.  ValueError for an array that is not a frame, and for a
-    region without area or outside the image.
+    its border are repeated.  ValueError for an array that is not a frame, for a region
+    without area or outside the image, and for an `around` below 1.
     """
+    if not is_number(around, 1):
+        raise ValueError(f"around is {around}; it must be finite, and at least 1")
     frame = checked_frame(frame)
     region = checked_region(region)
     if outside(region, frame.shape):

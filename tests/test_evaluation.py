@@ -164,6 +164,13 @@ def test_the_shares_of_several_limits_are_those_of_success():
         true_positives(np.ones(20), np.arange(0, 1, 0.05))
 
 
+@pytest.mark.parametrize("cut", [np.s_[0], np.s_[:1], np.s_[:-1]])
+def test_a_track_has_a_region_for_each_frame(cut):
+    clip = Drawn("base", 0).sequence()
+    with pytest.raises(ValueError, match="regions has the shape .*; give one region f"):
+        overlaps(clip.truth[cut], clip)
+
+
 def test_frames_before_the_start_and_behind_a_wall_are_not_judged():
     truth = from_box(np.tile([10.0, 10, 20, 20], (6, 1)))
     clip = seen(truth, hidden=(2, 3))

@@ -358,6 +358,13 @@ def test_an_object_that_is_partly_outside_is_learnt_by_the_kernels_that_see_it()
     assert learn(IMAGE, [40.0, 30, 0, 15, 15], tiles, partly=True).learnt is None
 
 
+@pytest.mark.parametrize("shares", [np.ones((1, 9)), np.ones(9), np.ones((2, 8))])
+def test_each_region_has_a_share_of_each_kernel(shares):
+    kernels = Kernels("3x3").fitted([40.0, 30, 0, 20, 15])
+    with pytest.raises(ValueError, match=r"shares has the shape .*, \(2, 9\)"):
+        mixed_histograms(IMAGE, kernels, [[40.0, 30, 0, 20, 15]] * 2, shares)
+
+
 def test_a_frame_is_no_image_of_bins_and_a_name_no_kernels():
     frame, region = np.zeros((60, 80, 3), np.uint8), [40.0, 30, 0, 20, 15]
     image, kernels = ColorBins()(frame), Kernels("3x3")

@@ -21,6 +21,14 @@ from mkt.neighbours import (
 BINS = ColorBins(counts=(6, 4, 3))
 
 
+@pytest.mark.parametrize("name", MEASURES)
+def test_nothing_seen_is_as_unlike_as_can_be(name):
+    """Or particles of a filter would win by leaving the image."""
+    grey = np.eye(BINS.m)[-1]
+    both = MEASURES[name](np.stack([np.zeros(BINS.m), grey]), grey, BINS)
+    assert both == pytest.approx([1, 0], abs=1e-6)
+
+
 def hues(frame, bins):
     """The histogram of the hues of a frame of bright colours."""
     image = bins(frame)

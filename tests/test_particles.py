@@ -100,6 +100,22 @@ def test_a_position_belongs_to_the_particle_whose_share_it_falls_into():
     assert found.tolist() == [0, 0, 2, 2, 3, 3]
 
 
+def test_weights_are_one_row():
+    table = np.full((2, 2), 0.25)
+    for scheme in SCHEMES.values():
+        with pytest.raises(ValueError, match="weights must not be negative.*normalise"):
+            scheme(table, np.random.default_rng(0))
+    with pytest.raises(ValueError, match="weights must not be"):
+        effective_sample_size(table)
+    with pytest.raises(ValueError, match="weights must not be"):
+        mean_region(np.ones((1, 5)), [[1.0]])
+
+
+def test_nothing_is_scattered_round_what_has_no_area():
+    with pytest.raises(ValueError, match="has no area"):
+        Motion().scatter([0, 0, 0, -1, 1], 3, np.random.default_rng(0))
+
+
 @pytest.mark.parametrize("bad", [[], [0.0, 0.0], [1.0, -0.1], [np.nan, 1.0], [np.inf]])
 def test_nothing_is_drawn_from_what_is_no_distribution(bad):
     for scheme in SCHEMES.values():

@@ -181,4 +181,7 @@ def test_a_film_strip_shows_each_run_s_own_region_in_each_frame(tracked):
 
 def test_a_histogram_of_a_kernel_that_saw_nothing_is_empty(ax):
     draw_histogram(ax, np.zeros(ColorBins().m), ColorBins())  # a warning is an error
+    for q in (np.ones(50), np.ones((9, 110))):
+        with pytest.raises(ValueError, match="q has the shape .*, but there are 110"):
+            draw_histogram(ax, q, ColorBins())
     assert ax.get_ylim() == (0, 1.05)

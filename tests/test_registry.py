@@ -42,6 +42,11 @@ def test_the_decorator_gives_the_function_back():
     assert one() == 1 and things["one"] is one
 
 
+def test_a_name_is_a_text():
+    with pytest.raises(ValueError, match="thing 5: a name is a text"):
+        Registry("thing").add(5, "five")
+
+
 def test_a_name_cannot_be_taken_twice():
     with pytest.raises(ValueError, match="thing a: registered twice"):
         filled("a", "a")

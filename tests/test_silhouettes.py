@@ -185,6 +185,12 @@ def test_a_shape_is_sought_only_where_there_is_something(find, region, said):
         find(np.zeros((40, 60, 3), np.uint8), region)
 
 
+@pytest.mark.parametrize("around", [0, 0.9, np.nan, "2"])
+def test_what_lies_round_a_region_is_no_smaller_than_the_region(around):
+    with pytest.raises(ValueError, match="around is .*; it must be finite, and at le"):
+        patch(np.zeros((90, 90, 3), np.uint8), [45, 45, 0, 20, 10], around)
+
+
 def test_a_mask_of_another_size_is_refused():
     with pytest.raises(ValueError, match="mask has 3 bytes"):
         Silhouette(mask=b"abc")

@@ -111,8 +111,8 @@ def pillars(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 def scale(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
     """The size changes to and fro.
 
-    Its factor lies between .48 and 1.74 over the seeds, typically between two thirds
-    and one and a half.
+    Its factor lies between .48 and 1.72 over the held-back seeds (`mkt.scenes.drawn`),
+    typically between two thirds and one and a half.
     """
     rng = lots(24, seed)
     target = Layer(item, _width(item), wandering(rng, LENGTH, 25, 0.45))

@@ -35,12 +35,13 @@ class Layer:
         At scale 1; the height follows from the texture.
     path : tuple of way-points
         (frame, x [px], y [px], theta [rad], scale), joined by a cubic spline; with a
-        single way-point the layer stands still, as it does after the last one.
+        single way-point the layer stands still, as it does from one frame after the
+        last one on.
     hue : float [deg]
         Turns all colours round the colour circle: the recoloured twin of an object.
     shuffle : int
         Cuts the texture into so many tiles a side and mixes them: the same colours at
-        other places.
+        other places.  Not more tiles than pixels, or rendering ends with a ValueError.
     view : Layer, optional
         Another look of the object; only its texture, hue and shuffle count.
     turn : tuple of (frame, share)
@@ -136,6 +137,11 @@ def _recoloured(rgb: Frame, degrees: float) -> Frame:
 def _shuffled(rgb: Frame, k: int) -> Frame:
     """The k x k tiles of an image in another order, the same for every image."""
     th, tw = rgb.shape[0] // k, rgb.shape[1] // k
+    if not min(th, tw):
+        raise ValueError(
+            f"shuffle is {k}, but the texture has {min(rgb.shape[:2])} px a side; "
+            "cut it into fewer tiles"
+        )
     whole = rgb[: k * th, : k * tw].reshape(k, th, k, tw, 3)
     tiles = whole.swapaxes(1, 2).reshape(k * k, th, tw, 3)
     mixed = tiles[np.random.default_rng(k).permutation(k * k)]

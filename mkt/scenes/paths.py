@@ -139,7 +139,8 @@ def roaming(
     turn : float [rad]
         Standard deviation of the rotation from one to the next.
     growth : float
-        Bound on the logarithm of the sizes, which are then divided by the first.
+        Bound on the logarithm of the sizes at the way-points, which are then divided by
+        the first.  The curve between them goes a little beyond.
     """
     times = np.arange(0, length + every, every, dtype=float)
     places = rng.uniform([70, 60], [250, 180], (len(times), 2))
@@ -163,7 +164,8 @@ def wandering(rng: Rng, length: int, step: float, spread: float) -> Path:
     step : float [px]
         Standard deviation from one way-point to the next, 15 frames later.
     spread : float
-        Bound on the logarithm of the size.
+        Bound on the logarithm of the size at the way-points; the curve between them
+        goes beyond.
     """
     times = np.arange(0, length + BEAT, BEAT)
     steps = rng.normal(0, step, (len(times), 2))
@@ -183,7 +185,8 @@ def shaking(rng: Rng, length: int, step: float, zoom: float) -> Path:
     step : float [px]
         How far it wanders.
     zoom : float
-        Bound on the logarithm of the size.
+        Bound on the logarithm of the size at the way-points; the curve between them
+        goes beyond.
     """
     times = np.arange(0, length + BEAT, BEAT)
     shifts = rng.normal(0, step, (len(times), 2))

@@ -41,12 +41,12 @@ def look_alike(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
 
 @SCENES.register("occlusion")
 def occlusion(seed: int, item: str = "car", ground: str = "workshop") -> Scene:
-    """A panel sweeps over the image and hides the item, nearly always totally.
+    """A panel sweeps over the image and hides the item, mostly totally.
 
     The panel is timed by the item's path: where the item stands still or turns, it is
     hidden for longer or shorter, and one that turns across may look out.  Among the
-    held-back seeds (`mkt.scenes.drawn`) it is totally hidden for up to 26 frames, and
-    in three of 32 a tenth of it is always seen.
+    held-back seeds (`mkt.scenes.drawn`) it is totally hidden in up to 26 frames, 16 of
+    them in a row; in nine of 32 some of it is always seen, in two of these a tenth.
     """
     rng = lots(3, seed)
     path = roaming(rng, growth=0.0)

@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from mkt.checks import check_known, image_size, positive
-from mkt.regions import CX, CY, HX, HY, THETA, area, wrap_angle
+from mkt.regions import CX, CY, HX, HY, THETA, area, as_regions, wrap_angle
 from mkt.types import Array, ArrayLike, Regions
 
 # The angle comes back after a whole turn if a tracker counted it, after half a turn if
@@ -65,7 +65,7 @@ class Camera:
 
     def normalised(self, regions: ArrayLike) -> Regions:
         """Regions (..., 5) [px, rad] in normalised image coordinates."""
-        return (np.asarray(regions, float) - self._origin) / self._unit
+        return (as_regions(regions) - self._origin) / self._unit
 
     @cached_property
     def _origin(self) -> Array:
@@ -157,7 +157,8 @@ def interaction_matrix(
     x and y the similarity, see `mkt.servoing.robot.Workspace.truth`, answers otherwise:
     for a rectangle of w by h the two entries of a_n are off by (w^2 - h^2) / (w^2 +
     h^2) / 3 of their length, 15 % for the car, and those of x_n and y_n by less than
-    0.06 a_n wherever it is in an image of 320x240.
+    0.06 a_n, wherever it is in an image of 320x240, up to the size that `Servo` desires
+    by default; where it looks 2.4 times as long they are off by up to 0.13 a_n.
 
     Parameters
     ----------
@@ -214,7 +215,7 @@ def interaction_matrix(
 def _check_rectangle(w: float, h: float, surface: float, angle: str) -> None:
     """Refuse what has no interaction matrix."""
     check_known("angle", angle, PERIODS)
-    if not surface > 0:
+    if not 0 < surface < math.inf:
         raise ValueError(
             f"surface is {surface}; the true area of the target in m^2 must be positive"
         )

@@ -40,10 +40,16 @@ def homography(pose: Array, camera: Camera, sides: ArrayLike) -> Array:
     Raises
     ------
     ValueError
-        For sides that are not two positive numbers.
+        For sides that are not two positive numbers, and for a pose in which a corner is
+        not in front of the camera.
     """
-    stretch = np.array([*_half(sides), 1.0])
-    h = camera.matrix @ pose[:3, [0, 1, 3]] * stretch
+    h = camera.matrix @ pose[:3, [0, 1, 3]] * np.array([*_half(sides), 1.0])
+    # The nearest corner; a camera's matrix leaves depths as they are.
+    if not h[2, 2] - np.abs(h[2, :2]).sum() > 0:
+        raise ValueError(
+            f"pose puts the object at {in_words(pose[:3, 3])} m, a part of it not in "
+            "front of the camera; give it a z beyond its half sides"
+        )
     return h / h[2, 2]
 
 

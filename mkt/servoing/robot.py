@@ -133,7 +133,15 @@ def circle(
     length : float [s]
         Of the path; its last way-point is a tenth of a second before this.
     heading : float [rad]
+
+    Raises
+    ------
+    ValueError
+        For a period or a length that is not positive.
     """
+    for name, value in {"period": period, "length": length}.items():
+        if not (checks.is_number(value, 0) and value > 0):
+            raise ValueError(f"{name} is {value}; it must be positive, and finite")
     t = np.arange(0, length, 0.1)
     phase = 2 * np.pi * t / period
     x, y = radius * (np.cos(phase) - 1), radius * np.sin(phase)
@@ -208,8 +216,13 @@ class Workspace:
         Returns
         -------
         (4, 4) array
+
+        Raises
+        ------
+        ValueError
+            For what is no region.
         """
-        x, y, theta, hx, _ = self.camera.normalised(region)
+        x, y, theta, hx, _ = self.camera.normalised(checks.checked_region(region))
         X, Y, heading = np.asarray(car, float)
         turn = rotation(heading - theta)
         depth = self.width / (2 * hx)

@@ -164,7 +164,8 @@ class Kalman:
         return A, K[:, None], C, K[:1, None]
 
 
-#: No compensation of the object's own motion: the law (17) of [T09] alone.
+#: No compensation of the object's own motion: the law (17) of [T09] without its term in
+#: the object's own motion, de/dt.
 OFF = Kalman(0.0)
 #: Compensation by the last measurement as it is, unfiltered.
 RAW = Kalman(np.inf)

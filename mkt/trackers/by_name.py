@@ -17,7 +17,7 @@ from mkt.trackers.opencv import MIL, CamShift, MeanShift
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
 from mkt.trackers.template_matching import TemplateMatching
-from mkt.tracking import Tracker
+from mkt.tracking import Tracker, check_tracker
 
 
 class _Labels(dict[str, str]):
@@ -39,7 +39,11 @@ SLOW = ("mil",)  # ten times slower than the rest: run less often where it must 
 
 
 def add(name: str, tracker: Tracker, label: str) -> None:
-    """Give a tracker a name and a label; ValueError when the name is taken."""
+    """Give a tracker a name and a label; ValueError for a name that is taken.
+
+    Or is no text, and for what is no tracker.
+    """
+    check_tracker(tracker)
     TRACKERS.add(name, tracker)
     LABELS[name] = label
 

@@ -7,8 +7,6 @@ Explained in notebook 17.
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from mkt import checks
 from mkt.colors import BinImage, ColorBins
 from mkt.histograms import Target, histograms, log_likelihood
@@ -49,7 +47,6 @@ class CrossBin(ParticleFilter):
         """The weights of particles, (N,) of sum 1."""
         q = histograms(image, target.kernels, particles.regions)
         d2 = self._compare(q, target.q)
-        d2 = np.where(q.any(-1), d2, 1.0)  # nothing was seen: as unlike as can be
         return normalised(log_likelihood(1 - d2, self.lam, self.combine))
 
     def _compare(self, q: NDArray, reference: NDArray) -> Array:

@@ -355,6 +355,17 @@ def newton_path(
     return np.array(regions)
 
 
+def _checked_start(start: Region) -> Region:
+    """The start, if it is a region with an area; what is not finite leads nowhere."""
+    region = np.asarray(start, float)
+    if region.shape != (5,) or min(region[HX:].tolist()) <= 0:
+        raise ValueError(
+            f"start is {in_words(region)}; the optimiser needs one region (cx, cy, "
+            "theta, hx, hy) with half axes above 0"
+        )
+    return region
+
+
 def minimise(
     target: Target,
     image: BinImage,
@@ -390,13 +401,14 @@ def minimise(
     Raises
     ------
     ValueError
-        For an image with other bins than the target's, and for a prior whose region is
-        none or has no area, or whose weights are not four that it can have.
+        For an image with other bins than the target's, for a start that is no region or
+        has no area, and for such a prior, or one whose weights are not four that it can
+        have.
     """
     target.check(image)
     if prior is not None:
         prior.check()
-    region = np.asarray(start, float)
+    region = _checked_start(start)
     steps = 0
     short = False
     while steps < iterations and not short:

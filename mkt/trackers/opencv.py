@@ -161,7 +161,8 @@ class MeanShift:
 
     def __post_init__(self):
         checks.counts(self, "bins")
-        checks.numbers(self, "s_min", "v_min", "lost_above")
+        checks.grey_levels(self, "s_min", "v_min")
+        checks.numbers(self, "lost_above")
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> ShiftState:
         """Learn the hues inside the region.

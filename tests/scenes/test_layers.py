@@ -27,6 +27,12 @@ def test_look_alikes():
     assert np.abs(plain.mean((0, 1)) - recoloured.mean((0, 1))).max() > 20
 
 
+def test_a_texture_is_cut_into_no_more_tiles_than_it_has_pixels():
+    car = Layer("car", 80.0, MIDDLE, shuffle=51)
+    with pytest.raises(ValueError, match="shuffle is 51, but the texture has 50 px"):
+        Scene(car, length=1).sequence().frames[0]
+
+
 def test_points_that_cannot_be_are_refused_with_their_field():
     car = Layer("car", 60.0, MIDDLE)
     for field, points in (

@@ -82,6 +82,19 @@ def test_a_rectangle_has_two_sides(sides):
             call(given, CAMERA, sides)
 
 
+@pytest.mark.parametrize(
+    "pose",
+    [
+        pose_at([0, 0, 0], [0, 0, -0.8]),
+        pose_at([0, 0, 0], [0, 0, 0]),
+        pose_at([0, 1.5, 0], [0, 0, 0.9 * max(SIDES) / 2]),  # one edge is behind it
+    ],
+)
+def test_what_is_not_in_front_of_the_camera_is_not_seen(pose):
+    with pytest.raises(ValueError, match="pose puts the object at .* not in front of"):
+        planes.homography(pose, CAMERA, SIDES)
+
+
 @pytest.mark.parametrize("tilt, away", [(10, 0.8), (40, 2.0), (-40, 2.0)])
 def test_of_two_tilts_that_look_alike_the_right_one_is_taken(tilt, away):
     pose = pose_at([np.deg2rad(tilt), 0, 0], [0, 0, away])

@@ -220,6 +220,9 @@ PAST_THE_HORIZON = above(SHARP, (0, 0, 0, 1.5, 0, 0))
         ("table is 'nope'; it must be", lambda: Workspace(table="nope")),
         ("camera is of the type int", lambda: Workspace(camera=400)),
         ("times is .*; give the start", lambda: to_and_fro(times=())),
+        ("period is 0; it must be pos", lambda: circle(period=0)),
+        ("length is nan; it must be", lambda: circle(length=np.nan)),
+        ("no area", lambda: Workspace().facing([160, 120, 0, -9, 5], CAR)),
         ("times is .*; give the start", lambda: to_and_fro(times=(1.0, 6.0, 6.0))),
     ],
 )

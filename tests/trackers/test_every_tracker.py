@@ -289,3 +289,10 @@ def test_a_part_of_another_kind_is_refused_at_once_by_its_name(kind, part):
     (name,) = part
     with pytest.raises(ValueError, match=f"^{name} is .*; give "):
         kind(**part)
+
+
+@pytest.mark.parametrize("tracker", [5, SSD, "ssd"])
+def test_what_is_no_tracker_gets_no_name(tracker):
+    with pytest.raises(ValueError, match="is no tracker, which has the methods init"):
+        by_name.add("mine", tracker, "mine")
+    assert "mine" not in by_name.TRACKERS

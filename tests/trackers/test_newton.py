@@ -304,6 +304,22 @@ def test_what_must_not_change_costs_nothing():
 
 
 @pytest.mark.parametrize(
+    "start",
+    [
+        [50, 40, 0, -9, 5],
+        [50, 40, 0, 0, 5],
+        [50, 40, 0, 9, -5],
+        [[50, 40, 0, 9, 5]],
+        [50, 40, 9, 5],
+    ],
+)
+def test_the_optimiser_starts_on_a_region(start):
+    image, target = learnt(scene())
+    with pytest.raises(ValueError, match="start is .*; the optimiser needs one region"):
+        minimise(target, image, np.array(start, float), 2)
+
+
+@pytest.mark.parametrize(
     "weights", [np.zeros(3), 1.0, [0, 0, -1, 0], [0, np.nan, 0, 0], [0, 0, 0, 2e4]]
 )
 def test_a_prior_has_four_weights_that_leave_a_place_to_be_seen(weights):

@@ -260,6 +260,10 @@ def test_camshift_finds_middle_turn_and_half_sides():
 
 @pytest.mark.parametrize("pixels, known", [(50, True), (255, True), (40, False)])
 def test_pale_and_dark_pixels_have_no_hue(pixels, known):
+    for field in ("s_min", "v_min"):
+        for value in (-1, 256, np.inf):
+            with pytest.raises(ValueError, match=f"{field} is {value}; it must lie"):
+                MeanShift(**{field: value})
     tracker = MeanShift(s_min=np.int64(45), v_min=45)
     for color in ((20, pixels, 200), (20, 200, pixels)):
         frame = flat(color[0], saturation=color[1], value=color[2])
