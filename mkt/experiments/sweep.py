@@ -199,7 +199,7 @@ def _refusal(job: Job, clip: Sequence) -> str:
 
 
 def _effort(result: Track) -> dict[str, float]:
-    """The effort of a track, which is the same on any machine."""
+    """The effort of a track, which does not depend on how fast the machine is."""
     nothing = np.empty(0)
     looked, steps = (result.info.get(name, nothing) for name in EFFORT)
     return {"evaluations": mean_of(looked[1:]), "steps": mean_of(steps[steps > 0])}
