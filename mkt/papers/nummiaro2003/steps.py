@@ -112,7 +112,7 @@ def listing(function: Callable) -> list[str]:
     return lines
 
 
-@figure("nummiaro2003.fig1", size=(10, 16.3))
+@figure("nummiaro2003.fig1", size=(10, 17.0))
 def fig1(fig: Figure) -> Shown:
     """One iteration of the colour particle filter, and the lines that do it.
 
