@@ -102,6 +102,7 @@ def test_numbers_beyond_the_bins_are_refused():
         ({"compasses": (0, 3)}, "compasses has 0, but bins"),
         ({"origin": (np.nan, 0)}, "origin is .*; give two finite numbers"),
         ({"origin": 3}, "origin is 3; give two"),
+        ({"origin": (1, 2, 3)}, "origin is .*; give two"),
         ({"pitch": 0}, "pitch is 0"),
         ({"pitch": 1.5}, "pitch is 1.5"),
     ],
