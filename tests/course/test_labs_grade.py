@@ -108,7 +108,7 @@ def test_grade_goes_through_a_folder_whatever_is_in_it(toy):
 
 def test_grade_takes_flat_folders_and_names_what_is_of_no_lab(toy):
     folder = toy / "flat"
-    hand_in(folder / "Ada Lovelace_toy.ipynb", answer(**GOOD))
+    hand_in(folder / "Ada Lovelace_Toy.ipynb", answer(**GOOD))
     hand_in(folder / "bob" / "toy (1).ipynb", answer(**GOOD))
     hand_in(folder / "eve" / "holiday.ipynb", nbformat.v4.new_notebook())
     hand_in(folder / "bob" / ".ipynb_checkpoints" / "toy.ipynb", "{")
@@ -119,6 +119,7 @@ def test_grade_takes_flat_folders_and_names_what_is_of_no_lab(toy):
         "eve": "",
     }
     assert "of no lab" in rows["eve"]["note"]
+    assert "not called after" not in rows["Ada Lovelace"]["note"]
 
 
 def test_files_side_by_side_say_whose_they_are_also_under_shortened_names(toy):
