@@ -203,7 +203,10 @@ def smoothed(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
 
 
 def quadratic(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
-    """d^2 = (q - q*)^T S (q - q*) / 2, (...) in [0, 1], of histograms (..., m)."""
+    """d^2 = (q - q*)^T S (q - q*) / 2, (...) in [0, 1], of histograms (..., m).
+
+    1 where q is all zero, because nothing was seen.
+    """
     q, reference = _of_these(q, bins), _of_these(reference, bins)
     off = q - reference
     product = np.einsum("...m,...m->...", shared(off, bins), off)
@@ -215,7 +218,8 @@ def earth_mover(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
     """d^2 = c EMD(hues) + abs(difference of the colourful shares), (...) in [0, 1].
 
     c is the smaller colourful share: what is grey in one and coloured in the other has
-    nowhere to be carried.  Saturation and value are not looked at.
+    nowhere to be carried.  Saturation and value are not looked at.  1 where q is all
+    zero, because nothing was seen.
     """
     hues, saturations, _ = hsv_counts(bins)
     q, reference = _of_these(q, bins), _of_these(reference, bins)

@@ -50,7 +50,7 @@ class Registry(Mapping):
         self._importing = RLock()
 
     def add(self, name: str, entry: Any) -> None:
-        """Register an entry; ValueError when the name is taken.
+        """Register an entry; ValueError for a name that is taken or no text.
 
         What was written in a notebook, or in a program itself, can be written again.
         """

@@ -246,7 +246,8 @@ def measure(
 
     Runs that are known are not done again.  A single name may stand alone.  With six
     seeds one part that counts can be supported, with seven up to three of them, with
-    eight up to six: their p-values are raised together.
+    eight up to six: their p-values are raised together.  A share of runs that is to
+    exceed .8 needs more.
 
     Raises
     ------

@@ -407,7 +407,8 @@ def _write(
         "content": _content(table),
     }
     with whole(table.with_suffix(".json")) as half:
-        half.write_text(json.dumps({"made": made} | more, indent=1), encoding="utf-8")
+        text = json.dumps({"made": made} | more, indent=1) + "\n"
+        half.write_text(text, encoding="utf-8")
 
 
 def _read(table: Path, *columns: str) -> tuple[pd.DataFrame, Made, dict[str, Any]]:

@@ -48,7 +48,7 @@ def homography(pose: Array, camera: Camera, sides: ArrayLike) -> Array:
     if not h[2, 2] - np.abs(h[2, :2]).sum() > 0:
         raise ValueError(
             f"pose puts the object at {in_words(pose[:3, 3])} m, a part of it not in "
-            "front of the camera; give it a z beyond its half sides"
+            "front of the camera; give it a z beyond half its diagonal"
         )
     return h / h[2, 2]
 

@@ -39,9 +39,9 @@ SLOW = ("mil",)  # ten times slower than the rest: run less often where it must 
 
 
 def add(name: str, tracker: Tracker, label: str) -> None:
-    """Give a tracker a name and a label; ValueError for a name that is taken.
+    """Give a tracker a name and a label.
 
-    Or is no text, and for what is no tracker.
+    ValueError for a name that is taken or no text, and for what is no tracker.
     """
     check_tracker(tracker)
     TRACKERS.add(name, tracker)

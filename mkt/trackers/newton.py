@@ -32,7 +32,7 @@ from mkt.histograms import (
 )
 from mkt.homographies import angles, turning
 from mkt.kernels import Kernels
-from mkt.regions import HX, THETA, wrap_angle
+from mkt.regions import HX, HY, THETA, wrap_angle
 from mkt.types import Array, NDArray, Region
 
 EMPTY = 1e-6  # bins with less carry no first-order information: zero rows of J_U
@@ -358,7 +358,7 @@ def newton_path(
 def _checked_start(start: Region) -> Region:
     """The start, if it is a region with an area; what is not finite leads nowhere."""
     region = np.asarray(start, float)
-    if region.shape != (5,) or min(region[HX:].tolist()) <= 0:
+    if region.shape != (5,) or region[HX] <= 0 or region[HY] <= 0:
         raise ValueError(
             f"start is {in_words(region)}; the optimiser needs one region (cx, cy, "
             "theta, hx, hy) with half axes above 0"

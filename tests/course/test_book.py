@@ -612,7 +612,7 @@ def test_a_verdict_of_each_kind_has_its_sign_its_words_and_its_picture():
 def test_a_claim_that_says_it_came_late_is_named_above_the_claims():
     results = [claims.judge(one) for one in shipped.claimed()]
     page = pages.claims(BOOK, results, shipped.read_claims()[1])
-    late = page.partition("Six claims and some lines")[2].partition("```")[0]
+    late = page.partition("Six claims\nand some lines")[2].partition("```")[0]
     after = re.compile(r"after (most of )?the(se)? runs")
     named = {name for name, one in claims.CLAIMS.items() if after.search(one.remark)}
     assert {"T09-d", "T09-j", "C14-a"} <= named

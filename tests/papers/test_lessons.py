@@ -309,6 +309,12 @@ def test_the_names_of_lines_lie_on_no_line(particles):
     assert len(fig.axes[1].get_legend().texts) == 4
 
 
+def test_no_share_is_drawn_twice():
+    fig, _ = FIGURES["own.chance"].draw(epsilon=5.0)
+    names = [text.get_text() for text in fig.axes[1].get_legend().texts]
+    assert names == ["2.3 %", "10 %", "5 %"]
+
+
 def test_a_false_start_is_seen_at_the_end_of_the_slider_too():
     b = FIGURES["own.chance"].values("b")[-1]
     fig, shown = FIGURES["own.chance"].draw(epsilon=20, particles=25, b=b)

@@ -33,7 +33,7 @@ def add(commands: Commands) -> None:
         metavar="A:B",
         help="scenes of each kind, from seed A to B - 1; 1000:1032 by default, six or "
         "more: with six a claim of one line can be supported, with seven one of up to "
-        "three, with eight one of up to six",
+        "three, with eight one of up to six (shares of runs may need more)",
     )
     source = parser.add_mutually_exclusive_group()
     source.add_argument(

@@ -149,7 +149,7 @@ def _add_grade(actions: Commands):
         metavar="FOLDER",
         nargs="?",
         help="nbgrader's submitted/, with STUDENT/LAB/LAB.ipynb in it; or "
-        "STUDENT/LAB.ipynb, or STUDENT_LAB.ipynb",
+        "STUDENT/LAB.ipynb, or STUDENT_LAB.ipynb, or LAB_STUDENT.ipynb",
     )
     grade.add_argument(
         "-o",

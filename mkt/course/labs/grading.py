@@ -453,7 +453,7 @@ class _Grader:
         texts = said | ({"elsewhere": aside} if aside else {})
         renamed = f"not called after its lab, {one.lab}, but its cells are of it"
         notes = [
-            *([] if str(one.lab) in one.path.stem.lower() else [renamed]),
+            *([] if str(one.lab).lower() in one.path.stem.lower() else [renamed]),
             *([] if one.named else [NAMELESS]),
             *(f"{one}: {_unanswered(aside)}" for one in questions if one not in said),
             *missing(lab, notebook),

@@ -24,7 +24,11 @@ NOT_HANDED_IN = {
     "timestamp.txt",
 }
 BEGINNINGS = ".", "~$"
-SHORT = "lab_"  # with which the names of labs begin, should a file have no more of one
+# With which the names of labs begin, should a file have no more of one.
+SHORT = r"(?<![^\W\d_])lab_"
+NO_LETTERS = r"^[\W\d_]+|[\W\d_]+$"  # at either end
+# What stands behind a lab's name and is nobody's, in small letters.
+OF_COPIES = {"copy", "copie", "copia", "kopie", "final", "graded", "v", "version"}
 LARGEST = 50e6  # [bytes] of a notebook
 SHOWN = 3  # files that a sentence lists by name
 NOTHING = "nothing was handed in"  # in a folder of a student
@@ -165,7 +169,8 @@ def _is_aside(part: str) -> bool:
 
 
 def _submission(folder: Path, path: Path, names: list[str]) -> Submission:
-    lab = next((lab for lab in names if lab in path.stem.lower()), None)
+    stem = path.stem.lower()
+    lab = next((lab for lab in names if lab.lower() in stem), None)
     if len(path.parts) > 1:
         student = path.parts[0]
     else:
@@ -181,10 +186,13 @@ def _beside_its_lab(stem: str, lab: str | None) -> str:
 
     A file that seems to be of no lab is perhaps called after a student.
     """
-    ends = re.split(re.escape(lab or SHORT), stem, maxsplit=1, flags=re.IGNORECASE)
-    before, behind = (end.strip("_- ") for end in (ends[0], ends[-1]))
-    # A number behind it is not a student's; nor is what ends a name that is cut short.
-    return before or (behind if lab and any(map(str.isalpha, behind)) else "")
+    title = re.escape(lab) if lab else SHORT
+    before, *behind = re.split(title, stem, maxsplit=1, flags=re.IGNORECASE)
+    if named := before.strip("_- "):
+        return named
+    # What ends a name that is cut short is the lab's; numbers are of nobody.
+    word = re.sub(NO_LETTERS, "", behind[0]) if lab else ""
+    return "" if word.casefold() in OF_COPIES else word
 
 
 def _copied(folder: Path, one: Submission, copies: Path) -> Submission:

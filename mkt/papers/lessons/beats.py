@@ -136,10 +136,11 @@ def beats(
     as its place looks like the car; the larger the dot, the heavier.  3: the weighted
     mean is the answer, green; dashed is the truth.  4: the next crowd is drawn; the
     larger the dot, the more offspring, and a cross has none.  All show the part of the
-    frame round the crowd.  Synthetic data: the car of figure 6 of [T09], seen without
-    motion blur, behind a wall of bricks that stands where the slider puts its middle
-    [px].  The car is learnt before the wall is there.  The page draws random numbers of
-    its own: its crowd is not that of the files.
+    frame round the crowd, in the file the third with the whole car.  Synthetic data:
+    the car of figure 6 of [T09], seen without motion blur, behind a wall of bricks that
+    stands where the slider puts its middle [px].  The car is learnt before the wall is
+    there.  The page draws random numbers of its own: its crowd is not that of the
+    files.
     """
     at_most(LENGTH - 1, frame=frame)
     clip, learnt = runs.clip(film(wall)), runs.clip(film())

@@ -83,6 +83,8 @@ def chance(
     left.set(yscale="log", ylim=(LEAST, 1), xlabel="share of the samples that appear")
     left.set(ylabel="probability", title=f"a false start: {false:.2g} per frame")
     for other, dashes in zip(COMPARED, DASHES, strict=False):
+        if other == epsilon:
+            continue
         none = (1 - false_start(particles, other / 100, limits)) ** WAIT
         style = {"color": "0.45", "lw": 1, "ls": dashes, "zorder": 1}
         right.step(limits, none, where="post", label=f"{other:g} %", **style)

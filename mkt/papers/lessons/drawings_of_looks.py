@@ -272,7 +272,7 @@ def five_things(fig: Figure) -> None:
     video, known by its fingerprint, the box in its first frame, the tracker, its
     numbers and the seed. Three files come out: the film, the table with a row for each
     frame, and the settings, which hold the five. An arrow leads from the settings back
-    to the five: they give the same track again, to the last digit.
+    to the five: they give the same track again.
     """
     ax = canvas(fig, 90, 30)
     ax.add_patch(Rectangle((1, 8), 19, 15, fc="aliceblue", ec="0.5"))

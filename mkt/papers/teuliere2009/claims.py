@@ -350,7 +350,7 @@ def prediction_saves_iterations(runs: Runs) -> list[Part]:
     Iterations in a frame: started at the filter's estimate, over started at the last
     estimate.  The combination leaves the optimiser out where its threshold says so,
     which is where SSD needs most; only frames in which both run are counted, since a
-    first count took each over its own frames.  Each also has its own run behind it,
+    first count took each over its own frames.  The two counts come from two runs,
     so that more than the start differs.  The paper speaks of large motions:
     "fast" and "blur", of which the first was added after the runs of the others.
     """
