@@ -16,9 +16,10 @@ def histogram(labels: NDArray, weights: Array, m: int) -> Array:
 
 
 def through(H: ArrayLike, points: ArrayLike) -> Array:
-    """Lab 8: where points (n, 2) of a plane are seen under (3, 3) H, complex ones too.
+    """Lab 8: where points (n, 2) of a plane are seen under (3, 3) H.
 
-    Whoever takes a derivative by a complex step asks for them.
+    Unlike `mkt.homographies.through` it takes complex ones, for which whoever takes a
+    derivative by a complex step asks.
     """
     H, points = np.asarray(H), np.asarray(points)
     seen = points @ H[:, :2].T + H[:, 2]
