@@ -579,6 +579,28 @@ def test_an_error_that_is_gone_at_once_has_a_pole_at_0_and_the_limit_is_said(ope
     assert "Gain x frame period / mismatch = 0.5" in panel.inner_text()
 
 
+# How far to the right a canvas has strokes in the green of what is now [share].
+GREEN_UP_TO = """(canvas) => {
+  const { width, height } = canvas;
+  const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+  let last = 0;
+  for (let i = 0; i < data.length; i += 4)
+    if (data[i] < 60 && data[i + 1] > 130 && data[i + 2] < 110 && data[i + 3] > 200)
+      last = Math.max(last, (i / 4) % width);
+  return last / width;
+}"""
+
+
+def test_an_error_that_runs_away_ends_where_it_leaves_the_picture(opened):
+    page = opened(LOOP, "#root_locus?gain=8&delay=3")
+    panel = ready(page, "runs away", 1)
+    answer = panel.locator("canvas").nth(1)
+    assert 0.1 < answer.evaluate(GREEN_UP_TO) < 0.4
+    panel.get_by_role("button", name="reset").click()
+    panel.get_by_text("stable").wait_for()
+    assert answer.evaluate(GREEN_UP_TO) > 0.9
+
+
 def test_a_pole_is_dragged_along_its_way(opened):
     page = opened(LOOP, "#root_locus?delay=1&gain=2")
     panel = ready(page, "Largest pole", 1)
