@@ -196,11 +196,13 @@ def true_positives(iou: ArrayLike, limit: float = HIT, hidden: bool = False) -> 
     Raises
     ------
     ValueError
-        For several limits, which `success` takes.
+        For several limits, which `success` takes, and for one overlap alone.
     """
     if np.ndim(limit):
         raise ValueError("limit is one number; `success` takes several")
     iou = np.asarray(iou, float)
+    if not iou.ndim:
+        raise ValueError(f"iou is {iou}; give the overlap of every frame, as a series")
     every = np.full(iou.shape[:-1], iou.shape[-1] - 1)
     frames = every if hidden else np.isfinite(iou).sum(-1)
     hits = iou[..., int(hidden) :] > limit  # the start, which was given, is no hit

@@ -164,6 +164,11 @@ def test_the_shares_of_several_limits_are_those_of_success():
         true_positives(np.ones(20), np.arange(0, 1, 0.05))
 
 
+def test_one_overlap_is_no_share_of_frames():
+    with pytest.raises(ValueError, match="iou is 0.5; give the overlap of every frame"):
+        true_positives(0.5)
+
+
 @pytest.mark.parametrize("cut", [np.s_[0], np.s_[:1], np.s_[:-1]])
 def test_a_track_has_a_region_for_each_frame(cut):
     clip = Drawn("base", 0).sequence()

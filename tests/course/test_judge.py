@@ -53,7 +53,7 @@ def test_a_check_has_its_own_time_whatever_the_cells_took_before_it():
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
 def test_a_judge_that_is_ended_leaves_no_folder_behind(tmp_path):
-    endless = Cell("endless", "while True:\n    pass")
+    endless = Cell("endless", "open('begun', 'w').close()\nwhile True:\n    pass")
     case = {"given": [], "checks": [], "theirs": [endless], "limit": 9, "boxed": False}
     process = subprocess.Popen(
         [sys.executable, "-m", "mkt.course.labs.judge"],
@@ -65,11 +65,12 @@ def test_a_judge_that_is_ended_leaves_no_folder_behind(tmp_path):
     )
     process.stdin.write(json.dumps(case))
     process.stdin.close()
-    end = time.monotonic() + 20
-    while not list(tmp_path.iterdir()) and time.monotonic() < end:
+    end = time.monotonic() + 60
+    while not list(tmp_path.glob("*/begun")) and time.monotonic() < end:
         time.sleep(0.01)
+    assert list(tmp_path.glob("*/begun"))
     process.terminate()
-    assert process.wait(timeout=20) and not list(tmp_path.iterdir())
+    assert process.wait(timeout=60) and not list(tmp_path.iterdir())
 
 
 def test_who_calls_back_without_end_is_stopped_in_time(monkeypatch):
