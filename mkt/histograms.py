@@ -381,7 +381,7 @@ def coefficient(q: ArrayLike, reference: ArrayLike) -> Array:
 
 
 def distance(rho: ArrayLike, axis: int | None = None) -> Array:
-    """Bhattacharyya distance d = sqrt(1 - rho), (4) of [T09].
+    """Bhattacharyya distance d = sqrt(1 - rho), (7) of [N03] and (8) of [C14].
 
     Over an axis of kernels d_m = sqrt(mean_j d_j^2), our reading of (5).
 

@@ -428,7 +428,7 @@ SCHEMES: Mapping[str, Scheme] = MappingProxyType(
 def resample_if_degenerate(
     weights: Array, share: float, scheme: Scheme, rng: Rng
 ) -> tuple[NDArray, Array]:
-    """Draw by any scheme when N_eff has fallen below a share of N: Section 2 of [C14].
+    """Draw by any scheme when N_eff is below a share of N: Algorithm 2 of [C14].
 
     Parameters
     ----------

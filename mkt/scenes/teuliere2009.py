@@ -39,10 +39,11 @@ def hidden(
     first: int = 46,
     frames: int = 5,
 ) -> Scene:
-    """Figures 6 and 7: fast translation and rotation, then a total occlusion.
+    """Figures 6 and 7: translation and rotation, then a total occlusion.
 
     The item is totally hidden from frame `first` on for some frames.  The speed is
-    ours: over 16 seeds .07 of the item's width per frame, at most .24.
+    ours: over 16 seeds .07 of the item's width per frame, at most .24; the paper calls
+    its own fast.
 
     Raises
     ------

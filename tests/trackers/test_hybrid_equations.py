@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mkt.histograms import coefficient, histograms
-from mkt.particles import covariance
+from mkt.particles import covariance, mean_region
 from mkt.scenes.layers import Layer
 from mkt.scenes.rendering import Scene
 from mkt.trackers.hybrid_resampling import HybridResampling
@@ -188,6 +188,22 @@ def test_the_level_alone_decides_what_is_hidden():
     assert not printed.is_hidden(equal, np.zeros(40))
     alone = np.r_[1.0, np.zeros(39)]
     assert printed.is_hidden(alone, np.ones(40))
+
+
+def test_the_printed_sign_draws_learns_and_estimates_and_spreads_in_the_next_frame():
+    tracker = HybridResampling(n=40, occlusion="n_eff", n_lim=1.0, w_min=-1.0)
+    before = began(tracker)._replace(velocity=np.array([4.0, -2.0]))
+    after, info = tracker.step(before, CLIP.frames[1], np.random.default_rng(0))
+    assert info["lost"] and after.hidden == 1
+    estimate = mean_region(info["particles"], info["weights"])
+    np.testing.assert_array_equal(info["region"], estimate)
+    drawn = (after.regions[:, None] == info["particles"]).all(-1).any(1)
+    assert drawn.all() and len(np.unique(after.regions, axis=0)) < 40
+    assert (after.weights == 1 / 40).all() and (info["shares"][1:] > 0).all()
+    np.testing.assert_array_equal(after.estimate, before.estimate)
+    np.testing.assert_array_equal(after.velocity, before.velocity)
+    again, _ = tracker.step(after, CLIP.frames[2], np.random.default_rng(1))
+    assert again.hidden == 2 and (again.estimate == before.estimate).all()
 
 
 def test_the_defaults_that_are_printed():

@@ -28,6 +28,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "occlusion by N_eff, as printed": {"occlusion": "n_eff"},
     "no inertia": {"inertial": 0.0},
     "acceptance as printed": {"accept": "paper"},
+    "no mode, acceptance as printed": {"occlusion": "never", "accept": "paper"},
     "acceptance: fresh": {"accept": "fresh"},
     "acceptance: Metropolis": {"accept": "metropolis"},
     "no model update": {"eta": 0.0, "gamma": 0.0},
@@ -50,8 +51,10 @@ def ablation(fig: Figure, *, kind: str = "pillars") -> Shown:
     Dashed: the share of frames in which the target is seen, in the mean of the scenes;
     no mean can be beyond it.  The paper leaves no part out; its sentences credit the
     whole.  PFHR accepts every proposal; the three other readings of the acceptance test
-    are below.  SIR is the paper's other filter; "SIR, our look" is the same with PFHR's
-    bins and kernel.
+    are below, the printed one also without the occlusion mode.  By N_eff, as printed, a
+    frame of low N_eff draws and estimates as ever, and the next one searches wide.  SIR
+    is the paper's other filter; "SIR, our look" is the same with PFHR's bins and
+    kernel.
     """
     rows, _ = read_table(ABLATED, *COLUMNS)
     rows = rows[rows["source"] == kind]

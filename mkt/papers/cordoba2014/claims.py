@@ -41,11 +41,12 @@ def hybrid_resampling_ranks_first(runs: Runs) -> list[Part]:
     more bins and trusts the border of the box less.  They differ in all that hybrid
     resampling is: when it draws, inertia, the search while the target is hidden, and
     the model update.  PFHR is as we could make it work: it accepts every proposal, and
-    takes the likelihood for the sign of an occlusion; what is printed for the two
-    stands at the end, as ours, since it can hardly be meant.  So do the lines with our
-    look.  The printed table itself has SIR ahead of PFHR on scale variations.  Window
-    matching is ours; on these scenes it follows better than the printed one does on the
-    paper's, on BoBoT's ball and cup worse.  Its lines beside PFHR came after the runs.
+    waits where the likelihood says that the target is hidden.  As it is printed, with
+    the test of Algorithm 2 and a wide search after every frame of low N_eff, it stands
+    at the end, as ours, since that can hardly be meant.  So do the lines with our look.
+    The printed table itself has SIR ahead of PFHR on scale variations.  Window matching
+    is ours; on these scenes it follows better than the printed one does on the paper's,
+    on BoBoT's ball and cup worse.  Its lines beside PFHR came after the runs.
     """
     (pfhr, sir), (pfhr_ours, sir_ours) = (
         [_hits(runs, name) for name in names] for names in LOOKS.values()

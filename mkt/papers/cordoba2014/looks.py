@@ -17,7 +17,8 @@ RIVALS: dict[str, Tracker] = {
     "sir ours": replace(SIR, bins=PFHR.bins, kernels=PFHR.kernels),
     "wm": TRACKERS["wm"],
 }
-# PFHR as the paper prints it: its acceptance test, and the sign of an occlusion.
+# PFHR as the paper prints it: its acceptance test, and what its sign of an occlusion,
+# a low N_eff, calls for.
 PRINTED = replace(RIVALS["pfhr plain"], accept="paper", occlusion="n_eff")
 # PFHR and SIR of each look.
 LOOKS = {"the paper's look": ("pfhr plain", "sir"), "our look": ("pfhr", "sir ours")}

@@ -34,9 +34,9 @@ CENTRED: dict[str, Any] = {"ha": "center", "va": "center"}
 def table1(fig: Figure, *, t_lim: float = 0.2, runs: int = 3) -> Shown:
     """The share of true positives, printed and ours.
 
-    On the synthetic twins of one object, or on the BoBoT sequences whose lengths the
-    printed fractions fit where MKT_DATA has them; under its name each row says which.
-    Percent of all frames, hidden ones too, whose overlap exceeds T_lim: mean and
+    On the synthetic twins of one object, or on the BoBoT sequences whose lengths most
+    of the printed fractions fit where MKT_DATA has them; under its name each row says
+    which. Percent of all frames, hidden ones too, whose overlap exceeds T_lim: mean and
     standard deviation over so many runs with other random numbers; WM has none.  "Seen"
     is the share of frames in which the target can be seen, more than which nobody
     reaches.  PFHR and SIR have the same bins and kernel, once those of the paper's text

@@ -279,10 +279,11 @@ def fig2(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
 def fig3(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     """Outdoors with total occlusions by look-alikes: window matching, SIR and PFHR.
 
-    On the synthetic twin "passers", or on BoBoT's dark coat where MKT_DATA has it, as
-    in the paper.  Run 0 of figure 4.  In the paper WM loses the person, SIR follows
-    with a wrong size, PFHR finds the person again after a few frames.  Here PFHR has
-    our bins and kernel, SIR the paper's.
+    On the synthetic twin "passers", or on BoBoT's dark coat where MKT_DATA has it,
+    probably the paper's.  Run 0 of figure 4.  In the paper WM loses the person, PFHR
+    finds the person again after a few frames, and of SIR the text says both that it
+    misses the person and that it follows, with large swings.  Here PFHR has our bins
+    and kernel, SIR the paper's.
     """
     return film(fig, "passers", contenders(particles, n_lim))
 
@@ -297,7 +298,8 @@ def fig4(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
     truth has gaps.  In the paper SIR swings to and fro and PFHR comes back after a few
     frames; here PFHR does come back.  It has our bins and kernel, SIR the paper's; on
     the twin SIR comes back, too, when it has ours.  Hidden frames count in the
-    denominator, as they do in the paper, and nobody can score in them. Found again: a
+    denominator, as the printed fractions suggest (the text says otherwise), and nobody
+    can score in them.  Found again: a
     hit in most of the sixth to fifteenth seen frame after an occlusion, mean over the
     runs.
     """
@@ -306,13 +308,13 @@ def fig4(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
 
 @figure("cordoba2014.fig5", size=(10, 4.5), **_OCCLUSION)
 def fig5(fig: Figure, *, particles: int = 200, n_lim: float = 0.5) -> Shown:
-    """Indoors with total occlusions by pillars: window matching, SIR and PFHR.
+    """Indoors with total occlusions: window matching, SIR and PFHR.
 
     On the synthetic twin "pillars", or on BoBoT's person in a hall where MKT_DATA has
-    it (frames reconstructed from re-encoded copies), as in the paper.  Run 0 of
-    figure 6.  The camera goes along, so that what hides the target comes towards it.
-    In the paper WM and SIR lose the person.  Here PFHR has our bins and kernel, SIR the
-    paper's.
+    it (frames reconstructed from re-encoded copies), probably the paper's, in which
+    people and obstacles hide the person.  Run 0 of figure 6.  The camera goes along, so
+    that what hides the target comes towards it. In the paper WM and SIR lose the
+    person.  Here PFHR has our bins and kernel, SIR the paper's.
     """
     return film(fig, "pillars", contenders(particles, n_lim))
 

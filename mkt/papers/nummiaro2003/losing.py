@@ -136,7 +136,8 @@ def fig7(
     after a couple of frames, ours are five, below it.  Shaded are the frames in the
     mode "initialising".  The curve below is how much of the student can be seen, which
     only a synthetic sequence knows.  As in the print there are one wide gap, two narrow
-    ones that change no mode, and the end.
+    ones that change no mode, and the end; there both narrow ones are after the wide
+    one.
     """
     clip, track, waiting = student_run(b, placement, particles, tree)
     positives = track.info["positives"]

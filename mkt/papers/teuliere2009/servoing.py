@@ -33,7 +33,9 @@ from mkt.servoing.self_motion import OFF, RAW, Kalman
 from mkt.trackers.by_name import TRACKERS
 from mkt.types import Array, ArrayLike
 
-REVERSALS = (6.0, 7.4)  # [s], printed: frames 30 and 37 at 5 frames a second
+# [s]: frames 30 and 37 at 5 frames a second, where the velocity changes in the print;
+# that both are reversals is ours.
+REVERSALS = (6.0, 7.4)
 LENGTH = 17.0  # [s]; the car stops after 13
 FEATURES = {  # how far off a perfect tracker's are made [px]
     "tracker": 0.0,
@@ -284,7 +286,8 @@ def fig9(
     """Measured and estimated velocity of y_n due to the object's self-motion.
 
     Simulated: the car is driven to and fro along y at 5 frames a second, with sudden
-    reversals (dashed) at the printed frames 30 and 37. Dots: (18) and (19); blue: the
+    reversals (dashed) at frames 30 and 37, where the printed velocity changes, too.
+    Dots: (18) and (19); blue: the
     Kalman filter; black: the truth, which the paper could not know, from each frame to
     the next.
     """

@@ -132,15 +132,16 @@ def fig6(
 ) -> Shown:
     """Position and orientation from the trackers (1) to (5), through a total occlusion.
 
-    Synthetic data: a toy car, fast translation and rotation at a fixed size, which the
-    trackers here do not know, hidden totally in the shaded frames, from frame 46
+    Synthetic data: a toy car, translation and rotation at a fixed size, which the
+    trackers here do not know, .07 of the car's width a frame in the mean (the paper
+    calls its own motion fast), hidden totally in the shaded frames, from frame 46
     (dashed) on.  Black is the truth, of which the caption says nothing; coloured are
     five runs over the same path that differ in their sensor noise and random numbers,
     run 0 thick: it is the one in figure 7.  Angles are drawn on the turn nearest the
     truth.  At the right, each run's median error before and after the occlusion: the
     median of the runs, the smallest and the largest in brackets.
 
-    In the page: Synthetic data: a toy car, fast translation and rotation at a fixed
+    In the page: Synthetic data: a toy car, translation and rotation at a fixed
     size, hidden totally in the grey frames, from frame 46 on; dashed is the frame that
     is shown.  In black, or white on a dark page, is the truth, of which the caption
     says nothing; coloured are five runs over the same path that differ in their sensor
