@@ -430,8 +430,10 @@ def test_a_chapter_reaches_the_figures_that_it_shows_and_no_others():
     found = reached('from mkt.figures import show\nshow("teuliere2009.fig3");')
     assert {"papers/teuliere2009/histograms.py", "figures/static_panel.py"} <= found
     assert not any(name.startswith("papers/nummiaro2003/") for name in found)
-    everything = reached("import mkt\nmkt.FIGURES")
-    assert "papers/nummiaro2003/steps.py" in everything
+    assert reached('mkt.FIGURES["teuliere2009.fig3"].draw()') <= found
+    for whole in ("mkt.FIGURES", "mkt.FIGURES[name]"):
+        everything = reached(f"import mkt\n{whole}")
+        assert "papers/nummiaro2003/steps.py" in everything
 
 
 @chapters
@@ -439,6 +441,33 @@ def test_a_change_in_the_course_runs_no_chapter_again(chapter):
     notebook = nbformat.read(chapter.notebook, 4)
     sources = [cell.source for cell in checks.code_cells(notebook)]
     assert not any(name.startswith("course/") for name in reached(*sources))
+
+
+@pytest.fixture
+def another_comment(tmp_path, monkeypatch):
+    """A function that gives a file of the library one more comment, in a copy."""
+    digest = depends._digest
+
+    def change(file):
+        copy = tmp_path / file.name
+        copy.write_text(file.read_text() + "# another word\n")
+        monkeypatch.setattr(
+            depends,
+            "_digest",
+            lambda path, *how: digest(copy if path == file else path, *how),
+        )
+
+    return change
+
+
+@pytest.mark.parametrize("name", ["01_color_histograms", "16_a_plane_in_space"])
+def test_another_comment_runs_no_chapter_again_that_prints_no_code(
+    name, another_comment
+):
+    [notebook] = [nbformat.read(c.notebook, 4) for c in BOOK.chapters if c.name == name]
+    key = depends.of_chapter(notebook)
+    another_comment(PACKAGE / "trackers" / "ssd.py")
+    assert depends.of_chapter(notebook) == key
 
 
 @pytest.mark.parametrize("paper", ["teuliere2009", "nummiaro2003", "cordoba2014"])

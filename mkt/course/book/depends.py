@@ -6,6 +6,7 @@ chapter's own imports and from the modules of the figures that it shows.  So a c
 shows them.
 """
 
+import ast
 import hashlib
 import os
 from collections.abc import Iterable, Iterator
@@ -16,7 +17,7 @@ from typing import Any
 
 from nbformat import NotebookNode
 
-from mkt.course.book.checks import code_cells, figure_cells, on_page, tree
+from mkt.course.book.checks import figure_cells, on_page, tree
 from mkt.experiments import cache, dependencies, shipped
 from mkt.experiments.shipped import PAPERS, reachable
 from mkt.figures import export
@@ -118,21 +119,31 @@ def beside(files: Iterable[Path]) -> list[Path]:
 
 
 def named_in(notebook: NotebookNode) -> list[Path]:
-    """The files whose code or figures a notebook names."""
-    return [*_imports(notebook), *_figures(notebook)]
+    """The files whose code or figures the cells name that the book runs."""
+    figures = _Figures()
+    codes = [figures.visit(tree(cell)) for cell in on_page(notebook)]
+    names = [name for code in codes for name in dependencies.names_in(code)]
+    files = [file for name in names for file in dependencies.files_of(name)]
+    shown = [name for _, names in figure_cells(notebook) for name in names]
+    known = [name for name in (*shown, *figures.names) if name in FIGURES]
+    return [*files, *(home(FIGURES[name]) for name in known)]
 
 
-def _imports(notebook: NotebookNode) -> Iterator[Path]:
-    """The files that the code of a notebook takes from the library."""
-    for cell in code_cells(notebook):
-        for name in dependencies.names_in(tree(cell)):
-            yield from dependencies.files_of(name)
+class _Figures(ast.NodeTransformer):
+    """Takes each ``mkt.FIGURES["name"]`` out of code, and keeps the name.
 
+    One figure is no reason to depend on all that the registry finds.
+    """
 
-def _figures(notebook: NotebookNode) -> Iterator[Path]:
-    """The files of the figures that a notebook shows."""
-    for _, names in figure_cells(notebook):
-        yield from (home(FIGURES[name]) for name in names if name in FIGURES)
+    def __init__(self):
+        self.names: list[str] = []
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        index = node.slice
+        if isinstance(index, ast.Constant) and ast.unparse(node.value) == "mkt.FIGURES":
+            self.names.append(str(index.value))
+            return index
+        return self.generic_visit(node)
 
 
 def home(entry: Entry) -> Path:
