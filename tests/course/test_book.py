@@ -433,7 +433,7 @@ def test_a_chapter_reaches_the_figures_that_it_shows_and_no_others():
     assert reached('mkt.FIGURES["teuliere2009.fig3"].draw()') <= found
     for whole in ("mkt.FIGURES", "mkt.FIGURES[name]"):
         everything = reached(f"import mkt\n{whole}")
-        assert "papers/nummiaro2003/steps.py" in everything
+        assert "papers/nummiaro2003/listing.py" in everything
 
 
 @chapters
@@ -460,7 +460,9 @@ def another_comment(tmp_path, monkeypatch):
     return change
 
 
-@pytest.mark.parametrize("name", ["01_color_histograms", "16_a_plane_in_space"])
+@pytest.mark.parametrize(
+    "name", ["01_color_histograms", "04_multiple_kernel_ssd", "16_a_plane_in_space"]
+)
 def test_another_comment_runs_no_chapter_again_that_prints_no_code(
     name, another_comment
 ):

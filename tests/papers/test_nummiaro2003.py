@@ -9,7 +9,15 @@ import pytest
 from mkt.evaluation import HIT
 from mkt.experiments import timing
 from mkt.figures.registry import FIGURES
-from mkt.papers.nummiaro2003 import costs, films, learning, losing, sequences, steps
+from mkt.papers.nummiaro2003 import (
+    costs,
+    films,
+    learning,
+    listing,
+    losing,
+    sequences,
+    steps,
+)
 from mkt.plotting import new_figure
 from mkt.scenes.nummiaro2003 import (
     PASSES,
@@ -25,7 +33,7 @@ from mkt.tracking import track
 
 pytestmark = pytest.mark.slow
 
-LISTED = [function for _, functions in steps.STEPS.values() for function in functions]
+LISTED = [function for _, functions in listing.STEPS.values() for function in functions]
 
 
 def shown(function, **parameters):
@@ -39,7 +47,7 @@ def shown(function, **parameters):
 def test_fig1_lists_the_source_without_its_docstring(function):
     source = inspect.getsource(function)
     code = re.sub('""".*?"""', "", source, count=1, flags=re.S)
-    lines = steps.listing(function)
+    lines = listing.listing(function)
     assert " ".join(lines).split() == code.split()
     assert max(map(len, lines)) <= 88
 
@@ -47,10 +55,10 @@ def test_fig1_lists_the_source_without_its_docstring(function):
 def test_fig1_is_all_on_the_page():
     fig, row = FIGURES["nummiaro2003.fig1"].draw()
     assert 0 < row["left"] < 0.1
-    assert row["lines"] == sum(len(steps.listing(function)) for function in LISTED)
+    assert row["lines"] == sum(len(listing.listing(function)) for function in LISTED)
     fig.canvas.draw()
     boxes = [text.get_window_extent() for text in fig.texts]
-    begin = steps.CODE * fig.bbox.x1
+    begin = listing.CODE * fig.bbox.x1
     left = [box.x1 for box in boxes if box.x0 < begin - 1]
     code = [box.x1 for box in boxes if box.x0 == pytest.approx(begin)]
     assert len(code) == 2 * len(LISTED) + 1 and len(left) + len(code) == len(boxes)
