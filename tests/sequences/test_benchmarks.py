@@ -239,6 +239,17 @@ def test_a_fingerprint_tells_frames_of_other_names_and_sizes(root):
     assert len({before, renamed, first.fingerprint()}) == 3
 
 
+@pytest.mark.parametrize("name", ["frames/0001.bmp", "truth.csv", "seqinfo.INI"])
+def test_a_fingerprint_tells_contents_of_one_size_where_nothing_is_packed(root, name):
+    first, *_ = sequences()
+    file = first.folder / name
+    prints = []
+    for content in (b"1,2,3", b"1,2,4"):
+        file.write_bytes(content)
+        prints.append(first.fingerprint())
+    assert prints[0] != prints[1]
+
+
 def test_a_name_of_two_benchmarks_needs_the_benchmark(root):
     images(root / "vot" / "Thing" / "color")
     with pytest.raises(ValueError, match="several .* 'Thing'; say OTB/Thing or VOT/Th"):
