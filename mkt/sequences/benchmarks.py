@@ -22,7 +22,15 @@ from tqdm import tqdm
 from mkt.evaluation import scored_frames
 from mkt.files import DataError
 from mkt.sequences.mot import mot_ids, mot_main, mot_part
-from mkt.sequences.truth_formats import bobot, otb, vot
+from mkt.sequences.truth_formats import (
+    Text,
+    bobot,
+    bobot_regions,
+    otb,
+    otb_regions,
+    vot,
+    vot_regions,
+)
 from mkt.tracking import Sequence
 
 # Files of which a fingerprint takes the content: texts, and pictures that are not
@@ -43,6 +51,9 @@ class Archive:
         What a sequence's folder holds, in words.
     reader : callable
         folder -> `Sequence`.
+    regions : callable or None
+        (text, clip) -> the rows and the regions of a text in the form of its truth, for
+        boxes that were found elsewhere; None for MOT, whose rows are of many targets.
     size : str
         How many sequences it has, in words.
     licence : str
@@ -54,9 +65,23 @@ class Archive:
     pattern: str
     layout: str
     reader: Callable[[Path], Sequence]
+    regions: Callable[[Path, Sequence], Text] | None
     size: str
     licence: str
     get: str
+
+
+# Functions with names, because an archive goes to other processes.
+def _bobot_text(text: Path, clip: Sequence) -> Text:
+    return bobot_regions(text, clip.frames)
+
+
+def _otb_text(text: Path, _: Sequence) -> Text:
+    return otb_regions(text)
+
+
+def _vot_text(text: Path, _: Sequence) -> Text:
+    return vot_regions(text)[:2]
 
 
 ARCHIVES = (
@@ -65,6 +90,7 @@ ARCHIVES = (
         "bobot/*/",
         "one truth file .txt, and frames/ or one .avi",
         bobot,
+        _bobot_text,
         "12 sequences",
         "CC BY-SA 3.0 DE",
         "the Bonn Benchmark on Tracking, D. A. Klein, University of Bonn: "
@@ -75,6 +101,7 @@ ARCHIVES = (
         "otb/*/",
         "img/ and groundtruth_rect.txt",
         otb,
+        _otb_text,
         "100 targets",
         "none stated; for research",
         "the Visual Tracker Benchmark, Y. Wu, J. Lim, M.-H. Yang: "
@@ -85,6 +112,7 @@ ARCHIVES = (
         "vot/*/",
         "groundtruth.txt, and the frames or color/ with them",
         vot,
+        _vot_text,
         "60 sequences in 2018",
         "that of each sequence's source; for research",
         "the Visual Object Tracking challenge, votchallenge.net; "
@@ -95,6 +123,7 @@ ARCHIVES = (
         "mot15/train/*/",
         "img1/ and gt/gt.txt",
         mot_main,
+        None,
         "11 sequences with truth",
         "CC BY-NC-SA 3.0",
         "the Multiple Object Tracking Benchmark: motchallenge.net/data/MOT15",
@@ -149,7 +178,7 @@ class Found:
         return f"{self.name} {self.fingerprint()}"
 
     def fingerprint(self) -> str:
-        """A hash of the files: of the content of `WHOLE`, and of the size of all others.
+        """A hash of the files: of the content of `WHOLE`, of the size of all others.
 
         The names count too; the place of the folder does not.  To read all takes two
         to four times as long, in every `python3 -m mkt book`.

@@ -16,7 +16,7 @@ import numpy as np
 from mkt.evaluation import overlap
 from mkt.files import DataError, existing_file, whole
 from mkt.regions import HX, to_box
-from mkt.sequences import mot, truth_formats
+from mkt.sequences import mot
 from mkt.sequences.benchmarks import Found
 from mkt.sequences.rows import read_rows
 from mkt.sequences.truth import refuse_no_region
@@ -166,7 +166,7 @@ def _without_zeros(regions: Regions) -> Regions:
 
 def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
     """The regions in a text of the form that a benchmark's truth has."""
-    if found.archive.name == "MOT15":
+    if found.archive.regions is None:
         return _mot_regions(path, found, clip)
     commas = path.read_text("utf-8-sig", "replace").partition("\n")[0].count(",")
     if commas == 9:
@@ -181,12 +181,7 @@ def _regions(path: Path, found: Found, clip: Sequence) -> Regions:
             f"{len(COLUMNS)} numbers in a row, as `track` writes them, but no head",
             f"put it back as the first line: {','.join(COLUMNS)}",
         )
-    readers = {
-        "BoBoT": lambda path: truth_formats.bobot_regions(path, clip.frames),
-        "OTB": truth_formats.otb_regions,
-        "VOT": truth_formats.vot_regions,
-    }
-    rows, regions = readers[found.archive.name](path)[:2]
+    rows, regions = found.archive.regions(path, clip)
     regions = _without_zeros(regions)
     refuse_no_region(rows, regions, NOTHING)
     return regions

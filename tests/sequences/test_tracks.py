@@ -1,5 +1,6 @@
 """Tracks as text: ours there and back, and boxes of other programs in each form."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +71,14 @@ def test_the_truth_itself_is_a_perfect_track(data, tmp_path, name, text):
     seen = np.isfinite(clip.truth).all(1)
     assert np.allclose(track.regions[seen], clip.truth[seen])
     assert evaluate(track, clip)["overlap"] == pytest.approx(1)
+
+
+def test_boxes_for_a_new_benchmark_are_read_as_it_says(data, tmp_path):
+    """One that counts from 0, with nothing but its `Archive`."""
+    [vot] = [archive for archive in benchmarks.ARCHIVES if archive.name == "VOT"]
+    found = replace(named("cat"), archive=replace(vot, name="New"))
+    track, clip = tracks.read(tmp_path / "vot/cat/groundtruth.txt", found)
+    assert np.allclose(track.regions, clip.truth)
 
 
 def test_boxes_that_miss_by_half_overlap_by_a_third(data, tmp_path):
