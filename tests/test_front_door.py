@@ -7,10 +7,11 @@ import subprocess
 import sys
 from types import ModuleType
 
+import nbformat
 import pytest
 
 import mkt
-from mkt.files import ROOT
+from mkt.files import PACKAGE, ROOT
 from mkt.scenes.textures import resized, texture
 
 WINGS = (
@@ -66,6 +67,24 @@ def test_every_name_is_that_of_its_module(name):
     home = importlib.import_module(mkt.NAMES[name])
     assert getattr(mkt, name) is getattr(home, name)
     assert name in dir(mkt)
+
+
+# What says old names may say them: the list of changes.
+TEXTS = sorted(
+    {*ROOT.glob("*.md"), *ROOT.glob("notebooks/**/*.ipynb"), *PACKAGE.rglob("*.md")}
+    - {ROOT / "CHANGELOG.md"}
+)
+
+
+@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+def test_texts_and_notebooks_name_what_is_there(path):
+    """Most cells of labs, and of what the book leaves out, run in slow tests alone."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".ipynb":
+        text = "\n".join(cell.source for cell in nbformat.reads(text, 4).cells)
+    named = {*re.findall(r"\bmkt\.([A-Za-z]\w*)", text)}
+    gone = [name for name in named if not hasattr(mkt, name)]
+    assert not gone, f"{path.name} has mkt.{', mkt.'.join(gone)}; see mkt.NAMES"
 
 
 def test_names_are_completed_before_they_are_loaded():
