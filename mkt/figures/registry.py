@@ -5,11 +5,11 @@ Notebook, book, command line and tests use the same registry.
 ``@figure("teuliere2009.fig3", size=(9, 4), span=(0.4, 1.4, 0.1), bins=["hsv", "rgb"])``
 registers a drawing function ``fig3(fig, *, span=1.0, bins="hsv", ...)``.  Its *defaults
 are the paper's values* where the paper prints any, the decorator's keyword arguments
-are the *sliders*: ``(low, high, step)`` for numbers, a list for choices;
-``grid=("span", "bins")`` names two that move together where every position is drawn
-beforehand (`mkt.figures.static_panel`), and ``live=("own.beats", ...)`` says that the
-book's page computes the figure by itself, and from which data it begins
-(`mkt.figures.live`).
+are the *sliders*: ``(low, high, step)`` for numbers, a list for choices; a parameter
+that is annotated ``int`` takes whole numbers alone.  ``grid=("span", "bins")`` names
+two that move together where every position is drawn beforehand
+(`mkt.figures.static_panel`), and ``live=("own.beats", ...)`` says that the book's page
+computes the figure by itself, and from which data it begins (`mkt.figures.live`).
 
 The function draws on the `matplotlib.figure.Figure` it is given and returns what it
 shows as `Shown`: a tidy table, which is what a CSV file of the figure holds, and single
@@ -51,9 +51,6 @@ ZERO = ("alpha", "b", "believed_below", "limit", "n_lim", "noise", "seed", "spee
 SIGNED = ("dx", "shift", "tilt", "turn", "turned")
 LEAST = dict.fromkeys((*ZERO, "threshold"), 0.0)
 LEAST |= dict.fromkeys((*SIGNED, "epsilon"), -math.inf)
-# Parameters of any figure that count something, or number it.
-COUNTS = {"frame", "k", "ahead", "later", "delay", "occlusion", "seed"}
-COUNTS |= {"count", "dof", "largest", "n", "particles", "runs"}
 
 _listener: ContextVar[Progress | None] = ContextVar("listener", default=None)
 
@@ -148,8 +145,12 @@ class Entry:
     @property
     def defaults(self) -> dict[str, Any]:
         """Every parameter with the value of the paper."""
-        parameters = list(inspect.signature(self.function).parameters.values())[1:]
-        return {p.name: p.default for p in parameters}
+        return {name: p.default for name, p in self._parameters.items()}
+
+    @property
+    def _parameters(self) -> dict[str, inspect.Parameter]:
+        """All but the first, which is the Figure."""
+        return dict(list(inspect.signature(self.function).parameters.items())[1:])
 
     @property
     def title(self) -> str:
@@ -192,8 +193,11 @@ class Entry:
         return isinstance(default, Real) and not isinstance(default, bool)
 
     def is_whole(self, name: str) -> bool:
-        """Whether a parameter takes whole numbers alone, for it counts something."""
-        return name in COUNTS
+        """Whether a parameter is annotated ``int``: it counts something, or numbers it.
+
+        Whole numbers are all that it takes.
+        """
+        return self._parameters[name].annotation in (int, "int")  # the word where late
 
     def values(self, name: str) -> list[Any]:
         """All positions of a slider; the default is always among them."""

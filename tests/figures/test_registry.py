@@ -3,10 +3,20 @@
 import numpy as np
 import pytest
 
-from mkt.figures.registry import COUNTS, FIGURES, Entry, at_most, figure, shown
+from mkt.figures.registry import FIGURES, Entry, at_most, figure, shown
 
 
-def drawn(fig, *, n=5, share=0.5, scale=1, turn=20, talking=True, seed=0, runs=3):
+def drawn(
+    fig,
+    *,
+    n: int = 5,
+    share=0.5,
+    scale=1,
+    turn: float = 20,
+    talking=True,
+    seed: int = 0,
+    terms: "int" = 3,
+):
     """A figure of nothing but its parameters."""
     return shown({"n": [n]})
 
@@ -35,7 +45,8 @@ WHOLE = "it must be a whole number"
         ("scale", "1", f"{FINITE} above 0"),
         ("turn", np.inf, FINITE),
         ("seed", -1, f"{WHOLE}, at least 0"),
-        ("runs", 0, f"{WHOLE} above 0"),
+        ("terms", 0, f"{WHOLE} above 0"),
+        ("terms", 1.5, f"{WHOLE} above 0"),
     ],
 )
 def test_numbers_of_another_kind_than_those_of_a_slider_are_refused(name, value, need):
@@ -47,7 +58,7 @@ def test_numbers_of_another_kind_than_those_of_a_slider_are_refused(name, value,
 @pytest.mark.parametrize(
     "values",
     [
-        {"n": 1000, "share": 0.05, "scale": 0.01, "runs": 1},
+        {"n": 1000, "share": 0.05, "scale": 0.01, "terms": 1},
         {"n": np.int64(2), "scale": np.float32(2), "seed": 7, "talking": False},
         {"turn": -20.5},
     ],
@@ -84,7 +95,7 @@ COUNTING = [
     (name, parameter)
     for name, entry in FIGURES.items()
     for parameter in entry.defaults
-    if parameter in COUNTS
+    if entry.is_whole(parameter)
 ]
 
 
@@ -94,6 +105,12 @@ def test_what_counts_or_is_numbered_is_whole(name, parameter):
     assert type(default) is int
     with pytest.raises(ValueError, match=f"{parameter} is .*must be a whole number"):
         FIGURES[name].draw(**{parameter: default + 0.5})
+
+
+def test_what_does_not_count_is_not_whole_though_its_slider_is():
+    whole = {parameter for _, parameter in COUNTING}
+    assert {"seed", "frame", "particles", "delay"} <= whole
+    assert not {"turn", "turned", "x", "y", "grain", "off"} & whole
 
 
 def test_a_whole_number_with_a_point_counts_as_well():

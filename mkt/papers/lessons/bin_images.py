@@ -124,7 +124,7 @@ def priors(
     *,
     size_prior: float = 5.0,
     believed_below: float = 0.7,
-    turned: int = 20,
+    turned: float = 20,
     covered: float = 0.7,
 ) -> Shown:
     """A prior on the size, and a turn that must earn its place.

@@ -72,7 +72,7 @@ def pale_view(workspace: Workspace, pose: Array) -> Frame:
     scale=(0.5, 1.25, 0.05),
 )
 def interaction(
-    fig: Figure, *, x: int = 40, y: int = -25, turn: int = 90, scale: float = 1.0
+    fig: Figure, *, x: float = 40, y: float = -25, turn: float = 90, scale: float = 1.0
 ) -> Shown:
     """The columns of the interaction matrix, as motions in the image.
 
@@ -185,7 +185,7 @@ def approach(
     fps: float = 5,
     delay: int = 0,
     dof: int = 6,
-    turn: int = 30,
+    turn: float = 30,
 ) -> Shown:
     """Closing the loop on a car that stands still.
 

@@ -76,7 +76,7 @@ def _draw_means(
     grain=(0, 40, 10),
 )
 def neighbours(
-    fig: Figure, *, count: int = 30, cast: float = 0.2, grain: int = 3
+    fig: Figure, *, count: int = 30, cast: float = 0.2, grain: float = 3
 ) -> Shown:
     """What a bin knows of its neighbours.
 
@@ -272,7 +272,7 @@ def _predicted(name: str, two: Array, ahead: int, rng: np.random.Generator) -> A
     seed=(0, 3, 1),
 )
 def two_cameras(
-    fig: Figure, *, k: int = 30, off: int = 0, talking: bool = True, seed: int = 0
+    fig: Figure, *, k: int = 30, off: float = 0, talking: bool = True, seed: int = 0
 ) -> Shown:
     """Two cameras on one ground, the first of them behind a wall.
 
