@@ -1,9 +1,23 @@
 """Paths that layers and cameras go."""
 
+import re
+
 import numpy as np
 import pytest
 
+from mkt.files import PACKAGE
 from mkt.scenes.paths import BEAT, roaming, shaking, spline, way
+
+
+def test_no_two_stories_draw_the_same_lots():
+    texts = [path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")]
+    calls = [call for text in texts for call in re.findall(r"\blots\((\w+), ", text)]
+    stories = sorted(int(story) for story in calls if story != "story")
+    assert len(stories) > 10, "calls are no longer found"
+    twice = {story for story in stories if stories.count(story) > 1}
+    assert not twice, (
+        f"each call of lots needs a number of its own; {stories} are taken"
+    )
 
 
 @pytest.mark.parametrize("seed", range(10))
