@@ -36,11 +36,19 @@ LABS = notebooks.labs()
 each_lab = pytest.mark.parametrize("lab", LABS)
 
 
+def answers_of(lab):
+    """The file of what students might write in a lab."""
+    return Path(__file__).parent / "labs" / f"{lab}.toml"
+
+
 def might_write(lab, kind):
-    """{title: what a student might write}: a "mistake", or what is "right"."""
-    path = Path(__file__).parent / "labs" / f"{lab}.toml"
-    found = tomllib.loads(path.read_text(encoding="utf-8"))[kind]
-    return {one["title"]: one for one in found}
+    """{title: what a student might write}: a "mistake", or what is "right".
+
+    Empty where there is none, so that the tests of the other labs begin all the same.
+    """
+    path = answers_of(lab)
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    return {one["title"]: one for one in tomllib.loads(text).get(kind, [])}
 
 
 def wrong_answers(lab):
@@ -410,6 +418,13 @@ def test_the_empty_lab_has_no_faults_outside_its_checks(lab):
 def test_a_check_that_fails_says_its_sentence_without_a_traceback(lab):
     first = next(cell for cell in released(LABS[lab]).cells if cell.cell_type == "code")
     assert first.source.endswith("\n%xmode Minimal")
+
+
+@each_lab
+def test_every_lab_has_a_file_of_answers(lab):
+    path = answers_of(lab)
+    form = "its form is in CONTRIBUTING.md, under Add a lab"
+    assert path.exists(), f"write tests/course/labs/{path.name}; {form}"
 
 
 @each_lab
