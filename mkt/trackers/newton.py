@@ -346,17 +346,26 @@ def newton_path(
     steps: int,
     derivative_of_c: bool = True,
 ) -> Array:
-    """Regions (steps + 1, 5) from a start (5,), one step (9) after the other."""
-    regions = [np.asarray(start, float)]
+    """Regions (steps + 1, 5) from a start (5,), one step (9) after the other.
+
+    Raises
+    ------
+    ValueError
+        As `minimise` does.
+    """
+    regions = [_checked_start(target, image, start)]
     for _ in range(steps):
-        q, dq = differentiate(target, image, regions[-1], derivative_of_c)
-        step = newton_step(q, dq, target.q, _trust(target, q, False))
+        step = _step(target, image, regions[-1], derivative_of_c)
         regions.append(moved(regions[-1], step))
     return np.array(regions)
 
 
-def _checked_start(start: Region) -> Region:
-    """The start, if it is a region with an area; what is not finite leads nowhere."""
+def _checked_start(target: Target, image: BinImage, start: Region) -> Region:
+    """The start, if it is a region with an area, in an image of the target's bins.
+
+    What is not finite leads nowhere.
+    """
+    target.check(image)
     region = np.asarray(start, float)
     if region.shape != (5,) or region[HX] <= 0 or region[HY] <= 0:
         raise ValueError(
@@ -364,6 +373,21 @@ def _checked_start(start: Region) -> Region:
             "theta, hx, hy) with half axes above 0"
         )
     return region
+
+
+def _step(
+    target: Target,
+    image: BinImage,
+    region: Region,
+    derivative_of_c: bool,
+    robust: bool = False,
+    prior: Prior | None = None,
+) -> Array:
+    """The step (4,) from a region, see `minimise`."""
+    q, dq = differentiate(target, image, region, derivative_of_c)
+    trust = _trust(target, q, robust)
+    pull = None if prior is None else (prior.weights, prior.off(region))
+    return newton_step(q, dq, target.q, trust, pull)
 
 
 def minimise(
@@ -405,17 +429,13 @@ def minimise(
         has no area, and for such a prior, or one whose weights are not four that it can
         have.
     """
-    target.check(image)
+    region = _checked_start(target, image, start)
     if prior is not None:
         prior.check()
-    region = _checked_start(start)
     steps = 0
     short = False
     while steps < iterations and not short:
-        q, dq = differentiate(target, image, region, derivative_of_c)
-        trust = _trust(target, q, robust)
-        pull = None if prior is None else (prior.weights, prior.off(region))
-        step = newton_step(q, dq, target.q, trust, pull)
+        step = _step(target, image, region, derivative_of_c, robust, prior)
         region = moved(region, step)
         short = np.abs(step).max() < SHORT
         steps += 1

@@ -313,10 +313,11 @@ def test_what_must_not_change_costs_nothing():
         [50, 40, 9, 5],
     ],
 )
-def test_the_optimiser_starts_on_a_region(start):
+@pytest.mark.parametrize("optimiser", [minimise, newton_path])
+def test_the_optimiser_starts_on_a_region(optimiser, start):
     image, target = learnt(scene())
     with pytest.raises(ValueError, match="start is .*; the optimiser needs one region"):
-        minimise(target, image, np.array(start, float), 2)
+        optimiser(target, image, np.array(start, float), 2)
 
 
 @pytest.mark.parametrize(
@@ -365,12 +366,13 @@ def test_a_reference_of_other_kernels_is_refused():
         newton_step(q, dq, q[:1])
 
 
-def test_a_target_is_not_sought_in_an_image_of_other_bins():
+@pytest.mark.parametrize("optimiser", [minimise, newton_path])
+def test_a_target_is_not_sought_in_an_image_of_other_bins(optimiser):
     clip = scene()
     _, target = learnt(clip)
     image = ColorBins("rgb", (4, 4, 4))(clip.frames[0])
     with pytest.raises(ValueError, match="has 64 bins, but the reference 110; make"):
-        minimise(target, image, clip.truth[0], 3)
+        optimiser(target, image, clip.truth[0], 3)
 
 
 def test_a_turn_beyond_the_half_is_a_small_one_the_other_way():
