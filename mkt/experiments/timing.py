@@ -95,12 +95,8 @@ class Clocked:
         return frame
 
 
-def milliseconds(
-    work: Callable[[], Any],
-    repeats: int = 5,
-    clock: Callable[[], float] = time.thread_time,
-) -> float:
-    """CPU time of a piece of work [ms], the shortest of some repeats.
+def milliseconds(work: Callable[[], Any], repeats: int = 5) -> float:
+    """CPU time of a piece of work in this thread [ms], the shortest of some repeats.
 
     Disturbances can only make it longer.
 
@@ -108,14 +104,12 @@ def milliseconds(
     ----------
     work : callable
     repeats : int
-    clock : callable
-        `time.thread_time`, or `time.process_time` for work in several threads.
     """
     times = []
     for _ in range(repeats):
-        start = clock()
+        start = time.thread_time()
         work()
-        times.append(clock() - start)
+        times.append(time.thread_time() - start)
     return 1e3 * min(times)
 
 
