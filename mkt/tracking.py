@@ -41,8 +41,8 @@ class Tracker(Protocol):
     region       (5,) the estimate [px, rad]; its angle may be whole turns off
     distance     d_m of the estimate to what was learnt, in [0, 1]; NaN where a
                  tracker has none
-    score        exp(-20 distance^2), its likelihood as [T09] prints it; the same
-                 for all trackers, so that it can be compared
+    score        exp(-20 distance^2), (13) of [T09] read with the mean over kernels;
+                 the same for all trackers (filters weigh with the sum)
     lost         whether the tracker says that the target is lost: for most where
                  the distance exceeds the field ``lost_above``
     evaluations  regions looked at, the cost that no machine changes
