@@ -262,6 +262,9 @@ export class Controls {
 
 // Canvases
 
+// A canvas's own pixels in one of the page: no fewer where a page is made smaller.
+const sharpness = () => Math.max(devicePixelRatio, 1);
+
 // A canvas as wide as its place and `ratio` as high, but not lower than `least` [px];
 // it is drawn anew whenever that changes.  Where it is `dragged`, `draw` returns what a
 // finger drags: the corners of each thing.
@@ -290,7 +293,7 @@ export class Canvas {
     const width = this.node.clientWidth;
     if (!width) return;
     const height = Math.round(Math.max(width * this.ratio, this.least));
-    const sharp = Math.max(devicePixelRatio, 1);
+    const sharp = sharpness();
     const size = [Math.round(width * sharp), Math.round(height * sharp)];
     if (this.node.width !== size[0] || this.node.height !== size[1])
       [this.node.width, this.node.height] = size;
@@ -545,17 +548,20 @@ export const knob = (pen, [x, y], radius, color) =>
 
 // All canvases of a panel as they stand, as one picture to be saved.
 function save(panel) {
-  const stage = panel.querySelector(".mkt-stage");
-  const [around, sharp] = [stage.getBoundingClientRect(), devicePixelRatio];
-  const size = { width: around.width * sharp, height: around.height * sharp };
-  const whole = el("canvas", size);
+  const canvases = [...panel.querySelectorAll(".mkt-stage canvas")];
+  const boxes = canvases.map((canvas) => canvas.getBoundingClientRect());
+  const least = (side) => Math.min(...boxes.map((box) => box[side]));
+  const [left, top] = [least("left"), least("top")];
+  const places = boxes.map((box) =>
+    [box.left - left, box.top - top].map((each) => Math.round(each * sharpness())),
+  );
+  const most = (axis, side) =>
+    Math.max(...places.map((place, k) => place[axis] + canvases[k][side]));
+  const whole = el("canvas", { width: most(0, "width"), height: most(1, "height") });
   const pen = whole.getContext("2d");
   pen.fillStyle = getComputedStyle(panel).backgroundColor;
-  pen.fillRect(0, 0, size.width, size.height);
-  for (const canvas of stage.querySelectorAll("canvas")) {
-    const { left, top } = canvas.getBoundingClientRect();
-    pen.drawImage(canvas, (left - around.left) * sharp, (top - around.top) * sharp);
-  }
+  pen.fillRect(0, 0, whole.width, whole.height);
+  canvases.forEach((canvas, k) => pen.drawImage(canvas, ...places[k]));
   el("a", { href: whole.toDataURL("image/png"), download: `${panel.id}.png` }).click();
 }
 

@@ -70,8 +70,8 @@ def opened(site, browser):
     """Opens a page of the site on the disk; nothing may have gone wrong in the end."""
     pages = []
 
-    def go(name, address="", size=WIDE):
-        pages.append(Opened(browser, size))
+    def go(name, address="", size=WIDE, ratio=1):
+        pages.append(Opened(browser, size, ratio))
         pages[-1].page.goto((site / f"{name}.html").as_uri() + address)
         return pages[-1].page
 
@@ -217,16 +217,40 @@ def test_the_maps_of_figure_3_show_the_distance_where_it_is(opened):
     assert off < 0.02
 
 
-def test_what_is_saved_is_what_is_shown(opened, tmp_path):
-    page = opened(SURFACES, "#fig3?item=cat")
-    panel = ready(page)
+# Where the canvases of a panel stand [px], and their pictures.
+CANVASES = """panel => [...panel.querySelectorAll("canvas")].map((canvas) => {
+  const { left, top } = canvas.getBoundingClientRect();
+  return [left, top, canvas.toDataURL().split(",")[1]];
+})"""
+
+
+def saved(page, panel, folder):
+    """What the button of a panel saves (H, W, 3)."""
     with page.expect_download() as download:
         panel.locator(".mkt-save").click()
-    download.value.save_as(tmp_path / "saved.png")
-    saved = cv2.imread(str(tmp_path / "saved.png"))
-    shown = panel.locator(".mkt-stage").bounding_box()
-    assert abs(saved.shape[1] - shown["width"]) < 2
-    assert len(np.unique(saved.reshape(-1, 3), axis=0)) > 1000
+    download.value.save_as(folder / "saved.png")
+    return cv2.imread(str(folder / "saved.png"))
+
+
+@pytest.mark.parametrize("ratio", [0.8, 1, 2])  # below 1 where a page is made smaller
+def test_what_is_saved_is_what_is_shown(opened, tmp_path, ratio):
+    page = opened(HISTOGRAMS, "#fig1?item=cat", ratio=ratio)
+    panel = ready(page)
+    found = saved(page, panel, tmp_path)
+    assert len(np.unique(found.reshape(-1, 3), axis=0)) > 1000
+    canvases = panel.evaluate(CANVASES)
+    assert len(canvases) == 3
+    corner, ends = np.min([place for *place, _ in canvases], axis=0), []
+    for *place, picture in canvases:
+        data = np.frombuffer(base64.b64decode(picture), np.uint8)
+        own = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+        x, y = np.floor(max(ratio, 1) * (place - corner) + 0.5).astype(int)
+        part = found[y : y + own.shape[0], x : x + own.shape[1]]
+        opaque = own[..., 3] == 255
+        assert opaque.any()
+        assert cv2.absdiff(part, own[..., :3])[opaque].max() == 0
+        ends.append((y + own.shape[0], x + own.shape[1]))
+    assert found.shape[:2] == tuple(np.max(ends, axis=0))  # and nothing round them
 
 
 @pytest.mark.parametrize(

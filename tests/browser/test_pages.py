@@ -78,8 +78,10 @@ AXE = Axe()
 class Opened:
     """A page in the browser, and all that went wrong since it was opened."""
 
-    def __init__(self, browser, size=WIDE):
-        self.page = browser.new_page(viewport=size, has_touch=True)
+    def __init__(self, browser, size=WIDE, ratio=1):
+        self.page = browser.new_page(
+            viewport=size, has_touch=True, device_scale_factor=ratio
+        )
         self.troubles = []
         self.page.on("console", self._hear)
         self.page.on("request", self._see)
