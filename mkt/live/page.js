@@ -586,3 +586,10 @@ export function takeOver(panel, ...nodes) {
   panel.prepend(...nodes);
   panel.classList.add("mkt-live");
 }
+
+// Whether more is to come on the stage of a panel, of which half is not to be saved.
+export function setBusy(stage, busy) {
+  stage.setAttribute("aria-busy", String(busy));
+  const live = stage.parentElement?.querySelector(".mkt-save");
+  if (live) live.disabled = busy;
+}

@@ -10,6 +10,7 @@ import {
   el,
   legible,
   number,
+  setBusy,
   takeOver,
   upright,
   within,
@@ -51,11 +52,11 @@ class Success {
     if (this.wanted !== wanted) {
       this.wanted = wanted;
       this.said.textContent = "The trackers run over this scene.";
-      this.stage.setAttribute("aria-busy", "true");
+      setBusy(this.stage, true);
     }
     const runs = await load(wanted).catch((error) => error);
     if (this.wanted !== wanted) return;
-    this.stage.setAttribute("aria-busy", "false");
+    setBusy(this.stage, false);
     if (runs instanceof Error) {
       this.wanted = null; // to be tried again
       this.said.textContent = "";

@@ -16,6 +16,7 @@ import {
   legible,
   outline,
   outlineTruth,
+  setBusy,
   SLICE,
   takeOver,
   upright,
@@ -270,7 +271,7 @@ class Wall {
       ? `${all - left} of ${all} runs done, (4) and (5) in one`
       : "All runs done";
     const state = this.photos ? done : "Painting the frames";
-    this.stage.setAttribute("aria-busy", String(!this.photos || left > 0));
+    setBusy(this.stage, !this.photos || left > 0);
     const hidden = 100 - Math.round(100 * this.visible(frame));
     this.said.textContent =
       `Frame ${frame} of ${this.length - 1}: the wall hides ` +
