@@ -285,7 +285,9 @@ class Doors {
     if (!this.regions) return;
     const off = this.regions.map((region) => (at ? far(region, at) : Infinity));
     const least = Math.min(...off);
-    this.pointed = least < 6 ? off.indexOf(least) : undefined;
+    const pointed = least < 6 ? off.indexOf(least) : undefined;
+    if (pointed === this.pointed) return;
+    this.pointed = pointed;
     this.view.redraw();
     this.plot.redraw();
   }

@@ -39,8 +39,8 @@ class Histograms {
       "p",
       { class: "mkt-note" },
       "Drag the circle. Point at a bar, and its pixels light up; " +
-        "point at a pixel, and its bar does. Arrow keys move the " +
-        "circle, and go from bar to bar.",
+        "point at a pixel, and its bar does. Tap it again to see all. " +
+        "Arrow keys move the circle, and go from bar to bar.",
     );
     const nodes = [this.frame, this.seen, this.bars].map(({ node }) => node);
     const stage = el("div", { class: "mkt-stage mkt-pairs" }, ...nodes);
@@ -247,7 +247,11 @@ class Histograms {
       const { values } = this.controls;
       this.controls.set({ x: values.x + right, y: values.y + down });
     });
-    const lit = (at) => (point) => this.q && this.light(point && at(point));
+    const lit = (at) => (point, taps) => {
+      if (!this.q) return;
+      const bin = point && at(point);
+      this.light(taps && bin === this.bin ? null : bin);
+    };
     this.frame.hovered(lit((point) => this.binAt(point)));
     this.seen.hovered(lit((point) => this.sampleAt(point)));
     this.bars.hovered(lit((point) => this.barAt(point)));

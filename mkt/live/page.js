@@ -271,7 +271,7 @@ const sharpness = () => Math.max(devicePixelRatio, 1);
 export class Canvas {
   constructor(label, ratio, draw, least = 0) {
     this.node = el("canvas", { role: "img", "aria-label": label, class: "mkt-canvas" });
-    Object.assign(this, { ratio, draw, least });
+    Object.assign(this, { ratio, draw, least, held: null });
     const again = () => this.redraw();
     const [size, theme] = [new ResizeObserver(again), new MutationObserver(again)];
     const media = ["(prefers-color-scheme: dark)", "print"].map((each) =>
@@ -317,54 +317,59 @@ export class Canvas {
   // A finger beside all things waits until it taps or goes aside, or the page scrolls.
   dragged(begin, follow, done) {
     this.node.classList.add("mkt-drag");
-    let held = null; // the pointer that drags: a second finger does nothing
+    // `held` is the pointer that drags: a second finger does nothing.
     const take = (event) => {
       this.waiting = null;
       const reach = touches(event) ? FINGER : REACH;
-      if (begin(this.placeOf(event), reach) !== false) held = event.pointerId;
+      if (begin(this.placeOf(event), reach) !== false) this.held = event.pointerId;
     };
     const decide = (event) => {
       const { waiting } = this;
       if (event.pointerId !== waiting?.pointerId) return;
-      const aside = Math.abs(event.clientX - waiting.clientX);
-      const along = Math.abs(event.clientY - waiting.clientY);
+      const [aside, along] = between(waiting, event);
       const taps = event.type === "pointerup" && aside + along < SLIP;
       if (taps || aside - along > SLIP) take(waiting);
     };
     const on = (name, hear) =>
       this.node.addEventListener(name, hear, { passive: false });
     on("pointerdown", (event) => {
-      if (event.button || held !== null || this.waiting) return;
+      if (event.button || this.held !== null || this.waiting) return;
       const place = this.placeOf(event);
       const beside = this.things?.every((thing) => !holds(thing, place));
       if (beside && touches(event)) this.waiting = event;
       else take(event);
-      if (held !== null) this.node.setPointerCapture(held);
+      if (this.held !== null) this.node.setPointerCapture(this.held);
     });
     // Comes after the one above: what a finger drags does not scroll the page.
-    on("touchstart", (event) => held !== null && event.preventDefault());
+    on("touchstart", (event) => this.held !== null && event.preventDefault());
     on("pointermove", (event) => {
       decide(event);
-      if (event.pointerId === held) follow(this.placeOf(event));
+      if (event.pointerId === this.held) follow(this.placeOf(event));
     });
     on("pointerup", decide);
     on("lostpointercapture", ({ pointerId }) => {
       if (pointerId === this.waiting?.pointerId) this.waiting = null;
-      if (pointerId !== held) return;
-      held = null;
+      if (pointerId !== this.held) return;
+      this.held = null;
       done();
     });
   }
 
-  // Follow a mouse over it, or a finger on it; null when it leaves.
+  // Follow a mouse over it, and the taps of a finger, which otherwise scrolls or drags;
+  // null when nothing is meant: the mouse leaves, something is dragged, or Escape.
   hovered(over) {
-    const at = (event) => this.waiting || over(this.placeOf(event));
-    for (const name of ["pointermove", "pointerdown", "pointerup"])
-      this.node.addEventListener(name, at);
-    this.node.addEventListener(
-      "pointerleave",
-      ({ pointerType }) => pointerType === "mouse" && over(null),
-    );
+    const on = (name, hear) => this.node.addEventListener(name, hear);
+    let begun;
+    const taps = (event) =>
+      touches(event) && between(begun, event).every((way) => way < SLIP);
+    on("pointerdown", (event) => (begun = event));
+    on("pointermove", (event) => {
+      if (this.held === null) touches(event) || over(this.placeOf(event));
+      else taps(event) || over(null);
+    });
+    on("pointerup", (event) => taps(event) && over(this.placeOf(event), true));
+    on("pointerleave", (event) => touches(event) || over(null));
+    on("keydown", ({ key }) => key === "Escape" && over(null));
   }
 
   // Arrow keys: steps [right, down], with the event for its modifiers. A picture has no
@@ -387,6 +392,10 @@ export class Canvas {
 }
 
 const touches = ({ pointerType }) => pointerType === "touch";
+
+// How far a pointer has gone, aside and along the page [px].
+const between = (from, to) =>
+  ["clientX", "clientY"].map((axis) => Math.abs(to[axis] - from[axis]));
 
 // Whether a finger means the thing of these corners: it is inside, or near one of them.
 // One without y is an upright line.

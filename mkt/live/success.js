@@ -204,9 +204,10 @@ class Success {
       const { limit } = this.controls.values;
       this.controls.set({ limit: Math.round(100 * limit + right - down) / 100 });
     });
-    this.ranking.hovered((point) =>
-      this.point(point && this.rows?.[Math.floor((point[1] - 22) / ROW)]),
-    );
+    this.ranking.hovered((point, taps) => {
+      const row = point && this.rows?.[Math.floor((point[1] - 22) / ROW)];
+      this.point(taps && row?.label === this.pointed ? null : row);
+    });
     this.ranking.keyed(([right, down]) => {
       const rows = this.rows ?? [];
       const at = rows.findIndex(({ label }) => label === this.pointed) + right + down;

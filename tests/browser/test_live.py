@@ -506,6 +506,9 @@ def test_figure_1_counts_as_python_does_wherever_the_kernel_is(opened, settings)
     assert abs(number(panel, "distance") - wanted) < CLOSE
 
 
+LIT = re.compile(r"bin \d+ has q")
+
+
 def test_a_bar_lights_its_pixels_and_a_pixel_its_bar(opened):
     page = opened(HISTOGRAMS, "#fig1")
     panel = ready(page)
@@ -524,6 +527,7 @@ def test_a_bar_lights_its_pixels_and_a_pixel_its_bar(opened):
     before = number(panel, "distance")
     drag(page, frame, (0.5, 0.5), (0.7, 0.6))
     assert number(panel, "distance") > before + 0.3
+    assert not LIT.search(panel.inner_text())  # or all but one bin would be dark
     page.wait_for_url("**#fig1?x=*")
 
 
@@ -1008,6 +1012,32 @@ def test_a_finger_that_goes_aside_takes_a_limit_along(opened):
     assert float(re.search(r"limit=([\d.]+)", page.url)[1]) > 0.7
 
 
+def test_a_finger_lights_a_pixel_that_it_taps_and_all_when_it_taps_again(opened):
+    page = opened(HISTOGRAMS, "#fig1", TELEPHONE)
+    panel = ready(page)
+    page.wait_for_timeout(500)
+    for canvas, place in (0, (0.5, 0.5)), (0, (0.1, 0.9)), (1, (0.5, 0.5)):
+        for lit in (True, False):
+            touched(panel.locator("canvas").nth(canvas), place)
+            assert bool(LIT.search(panel.inner_text())) == lit
+    touched(panel.locator("canvas").first, (0.5, 0.5), (40, 0))
+    page.wait_for_url("**#fig1?x=*")
+    assert not LIT.search(panel.inner_text())
+
+
+def test_a_finger_that_scrolls_points_at_nothing(opened):
+    page = opened(HISTOGRAMS, "#fig2", TELEPHONE)
+    panel = ready(page, "samples, worth", 1)
+    page.wait_for_timeout(500)
+    objects = panel.locator("canvas").first
+    begun = panel.evaluate(STANDS)
+    for way in (1, -1):
+        assert way * touched(objects, (0.15, 0.5), (8, -way * 160)) > 100
+        assert panel.evaluate(STANDS) == begun
+    touched(objects, (0.15, 0.15))
+    assert "Kernel 1 of 9" in panel.inner_text()
+
+
 def test_a_finger_draws_a_box_upwards_from_anywhere(opened):
     page = opened(TRACK, size=TELEPHONE)
     page.get_by_role("button", name="Play the book's clip").click()
@@ -1343,6 +1373,6 @@ def test_controls_end_inside_their_panel_on_a_small_telephone(opened, letters):
 
 def test_the_script_is_light():
     text = live.script().encode()
-    assert len(text) < 202_000 and len(gzip.compress(text)) < 58_000
+    assert len(text) < 206_000 and len(gzip.compress(text)) < 59_500
     method = "".join(map(maker, filter(lambda name: "/" in name, needed("start"))))
     assert len(gzip.compress(method.encode())) < 12_500

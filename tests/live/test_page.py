@@ -245,6 +245,46 @@ def test_a_second_finger_does_nothing(page, x, begun):
     assert heard(page, [[[10, 10]]], ("pointerdown", 1, x, 10), *second) == begun
 
 
+POINTED = """
+const heard = [];
+const canvas = new live.Canvas("", 1, () => {});
+canvas.placeOf = ({ clientX, clientY }) => [clientX, clientY];
+canvas.node.setPointerCapture = () => {};
+if (data.drags) canvas.dragged(() => {}, () => {}, () => {});
+canvas.hovered((place, taps = false) => heard.push([place, taps]));
+for (const [name, clientX, clientY] of data.events) {
+  const more = { pointerType: data.kind, pointerId: 1, button: 0, clientX, clientY };
+  canvas.node.dispatchEvent(Object.assign(new Event(name), more));
+}
+canvas.node.dispatchEvent(Object.assign(new Event("keydown"), { key: "Escape" }));
+return heard;
+"""
+DOWN, MOVE, UP = (f"pointer{name}" for name in ("down", "move", "up"))
+SCROLLS = [(DOWN, 9, 9), (MOVE, 9, 15), (MOVE, 9, 90), ("pointercancel", 9, 90)]
+TAPS = [(DOWN, 9, 9), (MOVE, 9, 12), (UP, 9, 12)]
+DRAGS = [(DOWN, 9, 9), (MOVE, 9, 60), (UP, 9, 60)]
+NOTHING = [None, False]
+
+
+@pytest.mark.parametrize(
+    "kind, drags, events, meant",
+    [
+        ("touch", False, SCROLLS, []),
+        ("touch", False, TAPS, [[[9, 12], True]]),
+        ("touch", True, TAPS, [[[9, 12], True]]),
+        ("touch", True, DRAGS, [NOTHING]),
+        ("mouse", True, [(MOVE, 5, 5), *DRAGS], [[[5, 5], False], NOTHING]),
+        ("mouse", False, DRAGS, [[[9, 60], False]]),
+        ("pen", False, [(MOVE, 5, 5), ("pointerleave", 5, 5)], [[[5, 5], 0], NOTHING]),
+    ],
+)
+def test_a_mouse_points_and_a_finger_taps_but_not_while_it_drags_or_scrolls(
+    page, kind, drags, events, meant
+):
+    found = page(POINTED, kind=kind, drags=drags, events=events)
+    assert found == [*meant, NOTHING]  # at last comes Escape
+
+
 @pytest.mark.parametrize("kind", ["mouse", "pen"])
 def test_a_mouse_and_a_pen_drag_from_anywhere(page, kind):
     event = ("pointerdown", 1, 90, 90, kind)
