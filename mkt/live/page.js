@@ -117,6 +117,8 @@ function inputOf(name, field, moved) {
     moved(Number(Number(words).toFixed(places(field))));
   };
   typed.addEventListener("change", take);
+  // A wheel scrolls the page: browsers do not tell of its last number as a change.
+  typed.addEventListener("wheel", () => typed.blur(), { passive: true });
   // JupyterLab keeps the change that Enter brings to itself.
   typed.addEventListener("keydown", ({ key }) => key === "Enter" && take());
   const node = el("span", { class: "mkt-control" }, label, input, typed);

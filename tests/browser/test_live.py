@@ -173,6 +173,17 @@ def test_hands_and_keys_move_figure_3_and_the_link_follows(opened):
     assert said(panel) == at_rest
 
 
+def test_a_wheel_over_a_number_scrolls_the_page_and_changes_nothing(opened):
+    page = opened(SURFACES, "#fig3")
+    panel = ready(page)
+    typed = panel.get_by_label("span, as a number")
+    typed.click()
+    before = at_rest(typed)
+    page.mouse.wheel(0, 200)
+    assert at_rest(typed)["y"] < before["y"] - 50
+    assert typed.input_value() == "1.00"
+
+
 def test_a_command_that_was_shown_goes_when_its_figure_is_moved(opened):
     panel = ready(opened(SURFACES, "#fig3"))
     panel.get_by_role("button", name="command for a PDF of it").click()
