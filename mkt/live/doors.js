@@ -275,6 +275,7 @@ class Doors {
       () => this.controls.set({}),
     );
     this.view.keyed(([right, down]) => {
+      if (!hasDoors()) return;
       const { x2, y2 } = this.controls.values;
       this.controls.set({ x2: x2 + right, y2: y2 + down });
     });
