@@ -15,6 +15,8 @@ const REFUSED = {
   NotFoundError: "No camera was found",
   NotReadableError: "The camera is busy with another program",
 };
+const INSECURE =
+  "Browsers give a camera only to pages that come by https or lie on this machine";
 const LAYOUTS = {
   "nine tiles": { layout: "tiles", profile: "uniform" },
   "one kernel": { layout: "one" },
@@ -50,6 +52,14 @@ function optionsOf({
     scheme: resampling,
   };
   return { ...COMBINED, filter, threshold, refines: tracker === "combination" };
+}
+
+// Why a file cannot be played.
+function whyNot({ name, size, type }) {
+  if (!size) return `${name} is empty`;
+  // Browsers tell of some videos no type.
+  const other = type && !type.startsWith("video/");
+  return other ? `${name} is no video` : `This browser cannot play ${name}`;
 }
 
 class Tracking {
@@ -98,7 +108,7 @@ class Tracking {
       this.picker,
     );
     this.begin = button("Track what is in the box", () => this.start());
-    const again = button("Draw another box", () => this.small && this.choose());
+    const again = button("Draw another box", () => this.small && this.anew());
     const acts = el("div", { class: "mkt-controls" }, this.begin, again);
     const curves = this.curves.map(({ node }) => node);
     const stage = el(
@@ -150,8 +160,8 @@ class Tracking {
       await this.play();
     } catch (error) {
       if (mine !== this.sources) return;
-      const reason = REFUSED[error.name] ?? "No camera can be used on this page";
-      await this.clip(reason);
+      const unknown = isSecureContext ? "No camera can be used on this page" : INSECURE;
+      await this.clip(REFUSED[error.name] ?? unknown);
     }
   }
 
@@ -163,8 +173,7 @@ class Tracking {
     try {
       await this.play();
     } catch {
-      if (mine === this.sources)
-        await this.clip("This browser cannot play that file");
+      if (mine === this.sources) await this.clip(whyNot(file));
     }
   }
 
@@ -296,6 +305,12 @@ class Tracking {
     this.tell("Draw a box round something, then track it.");
   }
 
+  anew() {
+    this.box = null;
+    this.choose();
+    this.stage.redraw();
+  }
+
   hear(answer) {
     this.busy = false;
     if (answer.kind === "trouble") {
@@ -394,8 +409,7 @@ class Tracking {
     this.stage.dragged(
       (point) => {
         if (!this.small) return false;
-        this.choose();
-        this.box = null; // a tap alone does not bring back the first one
+        this.anew(); // a tap alone does not bring back the first one
         from = toPixels(point);
       },
       (point) => {

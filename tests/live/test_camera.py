@@ -65,13 +65,24 @@ page.video = {
   play() {}, pause() {}, requestVideoFrameCallback() {},
 };
 page.clip = (why) => opened.push(why);
-Object.defineProperty(page.picker, "files", { value: [new Blob()] });
+const file = Object.assign(new Blob([data.content], data), { name: data.name });
+Object.defineProperty(page.picker, "files", { value: [file] });
 Object.defineProperty(page.picker, "value", { value: "film.webm", writable: true });
 page.picker.dispatchEvent(new Event("change"));
 await new Promise((next) => setTimeout(next, 20));
 const side = (name) => (page.small.width ? page.small : page.small.attributes)[name];
 const size = page.small && ["width", "height"].map(side);
 return [opened, size, page.picker.value, before, draws()];
+"""
+
+
+ANEW = """
+const page = camera(place, { postMessage() {} });
+Object.assign(page, { small: { width: 32, height: 24 }, box: [16, 12, 0, 5, 5] });
+[...place.querySelectorAll("button")]
+  .find(({ textContent }) => textContent === "Draw another box")
+  .dispatchEvent(new Event("click"));
+return [page.box, page.said.textContent];
 """
 
 
@@ -94,14 +105,29 @@ def test_stop_switches_the_camera_off_and_leaves_no_picture(page):
     assert page(PLACE + STOPPED) == [["camera off", "clip paused"], None, None, False]
 
 
-def chosen(page, width, height):
+def test_who_draws_another_box_sees_the_old_one_no_more(page):
+    words = "Draw a box round something, then track it."
+    assert page(PLACE + ANEW) == [None, words]
+
+
+def chosen(page, width, height, **file):
     body = f"return (async () => {{ {PLACE} {CHOSEN} }})();"
-    return page(body, width=width, height=height)
+    film = {"name": "film.mkv", "type": "", "content": "a film"}
+    return page(body, width=width, height=height, **film | file)
 
 
-def test_a_film_without_a_picture_leads_to_the_clip(page):
-    [words], small, *_ = chosen(page, 0, 0)
-    assert "cannot play that file" in words and small is None
+@pytest.mark.parametrize(
+    "file, why",
+    [
+        ({}, "This browser cannot play film.mkv"),
+        ({"type": "video/webm"}, "This browser cannot play film.mkv"),
+        ({"name": "notes.txt", "type": "text/plain"}, "notes.txt is no video"),
+        ({"type": "video/webm", "content": ""}, "film.mkv is empty"),
+    ],
+)
+def test_a_film_without_a_picture_leads_to_the_clip(page, file, why):
+    [words], small, *_ = chosen(page, 0, 0, **file)
+    assert words == why and small is None
 
 
 def test_a_flat_film_has_a_picture_and_can_be_chosen_again(page):
@@ -138,7 +164,8 @@ const done = [];
 const stream = { getTracks: () => [{ stop: () => done.push("camera off") }] };
 const getUserMedia = () => new Promise((resolve) => (grant = () => resolve(stream)));
 globalThis.navigator ??= {};
-Object.defineProperty(navigator, "mediaDevices", { value: { getUserMedia } });
+const value = { getUserMedia };
+Object.defineProperty(navigator, "mediaDevices", { value, configurable: true });
 page.video = { pause() {} };
 page.camera();
 page.sources++; // another source was chosen meanwhile
@@ -149,3 +176,35 @@ return new Promise((next) => setTimeout(() => next(done), 20));
 
 def test_a_camera_that_is_granted_too_late_is_switched_off(page):
     assert page(PLACE + LATE) == ["camera off"]
+
+
+REFUSED = """
+Object.defineProperty(globalThis, "isSecureContext", {
+  value: data.secure, configurable: true,
+});
+globalThis.navigator ??= {};
+Object.defineProperty(navigator, "mediaDevices", {
+  value: undefined, configurable: true,
+});
+const page = camera(place, { postMessage() {} });
+const said = [];
+page.clip = (why) => said.push(why);
+await page.camera();
+return said;
+"""
+
+
+@pytest.mark.parametrize(
+    "secure, why",
+    [
+        (True, "No camera can be used on this page"),
+        (
+            False,
+            "Browsers give a camera only to pages that come by https "
+            "or lie on this machine",
+        ),
+    ],
+)
+def test_a_page_that_gets_no_camera_says_why(page, secure, why):
+    body = f"return (async () => {{ {PLACE} {REFUSED} }})();"
+    assert page(body, secure=secure) == [why]
