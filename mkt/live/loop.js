@@ -14,6 +14,10 @@ const [ORANGE, GREEN, GREY] = ["#cf8200", "#00a751", "#888"];
 // A target that sets off, turns back and stops [cm/s].
 const speedAt = (t) => SPEED * ((t >= 1) - 2 * (t >= 8) + (t >= 12));
 
+// A pole's size in three places, or in more where it would seem to be at the limit.
+const inPlaces = (radius) =>
+  radius.toFixed([3, 4, 5, 6].find((n) => Number(radius.toFixed(n)) !== 1) ?? 3);
+
 class RootLocus {
   constructor(panel, name, { fields, viridis }) {
     this.viridis = viridis;
@@ -95,7 +99,7 @@ class RootLocus {
     this.seen = away < 0 ? this.errors : this.errors.slice(0, away + 1);
     const reach = far < 1000 ? `${far.toFixed(1)} cm` : "more than 10 m";
     this.said.textContent =
-      `Largest pole ${this.radius.toFixed(3)}: ${stable}. ${product} ` +
+      `Largest pole ${inPlaces(this.radius)}: ${stable}. ${product} ` +
       `= ${number(gain / fps / mismatch, 3)}, ${this.chosen.length} ` +
       `${this.chosen.length > 1 ? "poles" : "pole"} beside values ` +
       `that are stored for one frame, greatest distance ${reach}.` +

@@ -623,6 +623,24 @@ def test_an_error_that_is_gone_at_once_has_a_pole_at_0_and_the_limit_is_said(ope
     assert "Gain x frame period / mismatch = 0.5" in panel.inner_text()
 
 
+@pytest.mark.parametrize(
+    "settings, words",
+    [
+        ({"gain": 4.45, "delay": 3, "fps": 10}, "0.99998: stable"),
+        ({"gain": 3.8, "delay": 2, "mismatch": 1.5}, "1.0004: runs away"),
+        ({"gain": 10}, "1.000: at the limit"),
+        ({"gain": 1}, "0.800: stable"),
+    ],
+)
+def test_a_pole_near_the_limit_has_more_places_as_pythons_has(opened, settings, words):
+    raw = {"compensation": "raw", **settings}
+    link = "&".join(f"{name}={value}" for name, value in raw.items())
+    panel = ready(opened(LOOP, f"#root_locus?{link}"), "Largest pole", 1)
+    assert f"Largest pole {words}." in panel.inner_text()
+    title = FIGURES["own.root_locus"].draw(**raw)[0].axes[0].get_title()
+    assert title == f"largest pole {words}"
+
+
 # How far to the right a canvas has strokes in the green of what is now [share].
 GREEN_UP_TO = """(canvas) => {
   const { width, height } = canvas;

@@ -69,7 +69,7 @@ def root_locus(
     verdict = "stable" if beyond < 0 else "runs away"
     if abs(beyond) < ROUNDING:
         verdict = "at the limit"
-    left.set_title(f"largest pole {radius:.2f}: {verdict}")
+    left.set_title(f"largest pole {_in_places(radius)}: {verdict}")
     right = fig.add_axes((0.545, 0.12, 0.435, 0.8))
     _draw_answer(right, times, velocity, error, bool(radius < 1))
     table = _pole_table(np.append(gains, gain), np.vstack([poles, chosen]))
@@ -143,6 +143,12 @@ def _draw_poles(ax: Axes, gains: Array, poles: Poles, chosen: Poles) -> None:
     ax.plot(chosen.real, chosen.imag, "x", color=CHOSEN, ms=9, mew=2.2)
     ax.set(xlim=(-REAL, REAL), ylim=(-IMAGINARY, IMAGINARY), aspect="equal")
     ax.set(xlabel="real part", ylabel="imaginary part")
+
+
+def _in_places(radius: float) -> str:
+    """Three of them, or more where it would seem to be at the limit."""
+    places = next((n for n in range(3, 7) if round(radius, n) != 1), 3)
+    return f"{radius:.{places}f}"
 
 
 def _say_outside(ax: Axes, chosen: Poles) -> None:
