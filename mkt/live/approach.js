@@ -194,7 +194,6 @@ class Approach {
     pen.textAlign = "left";
     let left = box[0];
     for (const [k, word] of [unit, ...names].entries()) {
-      pen.fillStyle = k ? colors[k - 1] : ink;
       if (k) left += sample(pen, colors[k - 1], styles[k - 1], left, box[1] - 10);
       left += write(pen, word, left, box[1] - 6) + 12;
     }
