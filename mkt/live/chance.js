@@ -6,6 +6,7 @@ import { axes, Canvas, Controls, el, number, takeOver, upright } from "./page.js
 
 const DECADES = 6; // of probability that are drawn
 const ROOM = [46, 22, 54, 62]; // [px] left of and above the axes, and around them
+const MANY = 4; // [px] from bar to bar, below which there is no gap
 const GREY = "rgb(125 125 125)"; // seen by day and by night
 
 const percent = (share) => `${(100 * share).toFixed(1)}\u00a0%`;
@@ -98,13 +99,18 @@ class Chance {
       ylabel: "log10 of the probability",
     };
     const { across, down } = axes(pen, box, limits);
-    const thick = Math.max(0.9 * (across(1 / particles) - across(0)), 1);
+    const apart = across(1 / particles) - across(0);
+    const thick = apart < MANY ? apart : 0.9 * apart;
+    const { a: sharp } = pen.getTransform();
+    const whole = (x) => Math.round(x * sharp) / sharp;
     const last = Math.round(this.highest * particles);
     this.probabilities.slice(0, last + 1).forEach((probability, k) => {
       const high = Math.max(Math.log10(probability), -DECADES);
       pen.fillStyle = this.colors[k > most(b, particles) ? 1 : 0];
-      const left = across(k / particles) - thick / 2;
-      pen.fillRect(left, down(high), thick, down(-DECADES) - down(high));
+      const middle = across(k / particles);
+      // Between pixels the ground would shine through, as stripes.
+      const [left, right] = [-0.5, 0.5].map((end) => whole(middle + end * thick));
+      pen.fillRect(left, down(high), right - left, down(-DECADES) - down(high));
     });
     return this.drawLimits(pen, box, across);
   }

@@ -143,7 +143,7 @@ class Histograms {
   // The square that the canvas of the samples has for the canonical one.
   cell(width, height) {
     const [, , , hx, hy] = this.object.region;
-    const fit = Math.min(width / hx, (height - 24) / hy) / 2;
+    const fit = Math.min((width - 2) / hx, (height - 26) / hy) / 2;
     return ([x, y]) => [width / 2 + x * hx * fit, 12 + height / 2 + y * hy * fit];
   }
 

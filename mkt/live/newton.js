@@ -206,11 +206,15 @@ class Newton {
     const [left, top, w, h] = box;
     // The middles of the outer cells lie on the edges of the box.
     const [cw, ch] = [w / (CELLS - 1), h / (CELLS - 1)];
+    // What is missing lies below: where half transparent cells overlap there are lines.
+    pen.fillStyle = "#8884";
+    pen.fillRect(...box);
     within(pen, box, () =>
       this.home.forEach((iou, i) => {
+        if (Number.isNaN(iou)) return;
         const row = CELLS - 1.5 - Math.floor(i / CELLS);
         const light = Math.round(95 - 60 * Math.max(iou, 0));
-        pen.fillStyle = Number.isNaN(iou) ? "#8884" : `hsl(203 60% ${light}%)`;
+        pen.fillStyle = `hsl(203 60% ${light}%)`;
         const x = left + ((i % CELLS) - 0.5) * cw;
         pen.fillRect(x, top + row * ch, cw + 0.5, ch + 0.5);
       }),
