@@ -284,10 +284,22 @@ export class Canvas {
       attributeFilter: ["data-theme", "data-jp-theme-name"],
     });
     for (const each of media) each.addEventListener("change", again);
+    // A page that goes to another screen has other pixels, and no other size.
+    let screen;
+    const watch = () => {
+      screen = matchMedia(`(resolution: ${devicePixelRatio}dppx)`);
+      screen.addEventListener("change", sharpen, { once: true });
+    };
+    const sharpen = () => {
+      watch();
+      this.redraw();
+    };
+    watch();
     this.node.addEventListener(GONE, () => {
       size.disconnect();
       theme.disconnect();
       for (const each of media) each.removeEventListener("change", again);
+      screen.removeEventListener("change", sharpen);
     });
   }
 

@@ -64,6 +64,7 @@ class Helper {
 
 if (!globalThis.document)
   Object.assign(globalThis, {
+    devicePixelRatio: 1,
     document: { createElement: (tag) => new Element(tag), body: new Element("body") },
     matchMedia: () => new EventTarget(),
     MutationObserver: Watcher,

@@ -245,6 +245,32 @@ def test_a_second_finger_does_nothing(page, x, begun):
     assert heard(page, [[[10, 10]]], ("pointerdown", 1, x, 10), *second) == begun
 
 
+SHARPER = """
+const lists = [];
+globalThis.matchMedia = (words) => {
+  const list = Object.assign(new EventTarget(), { words });
+  lists.push(list);
+  return list;
+};
+const canvas = new live.Canvas("", 1, () => {});
+const drawn = [];
+canvas.redraw = () => drawn.push(devicePixelRatio);
+for (const ratio of [2, 1.5]) {
+  const before = `(resolution: ${devicePixelRatio}dppx)`;
+  Object.defineProperty(globalThis, "devicePixelRatio", {
+    value: ratio, configurable: true, writable: true,
+  });
+  for (const list of lists.filter(({ words }) => words === before))
+    list.dispatchEvent(new Event("change"));
+}
+return drawn;
+"""
+
+
+def test_on_a_screen_with_other_pixels_a_canvas_is_drawn_anew_each_time(page):
+    assert page(SHARPER) == [2, 1.5]
+
+
 POINTED = """
 const heard = [];
 const canvas = new live.Canvas("", 1, () => {});

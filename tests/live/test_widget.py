@@ -248,10 +248,11 @@ return [before, one, running.size];
 """
 
 
-# Of each canvas two observers and the colours of the night, and what plays.
+# Of each canvas two observers, the colours of the night and the pixels of the screen,
+# and what plays.
 @pytest.mark.parametrize(
     "name, each",
-    [("own.root_locus", 6), ("cordoba2014.complexity", 7), ("own.success", 6)],
+    [("own.root_locus", 8), ("cordoba2014.complexity", 9), ("own.success", 8)],
 )
 def test_nothing_of_a_figure_runs_on_when_its_cell_is_gone(widget, name, each):
     assert shown(widget, name, LEFT, least=12) == [2 * each, each, 0]
@@ -261,8 +262,8 @@ def test_nothing_of_a_figure_runs_on_when_its_cell_is_gone(widget, name, each):
 def test_the_worker_of_figure_6_ends_with_its_cell(in_a_browser):
     name = "teuliere2009.fig6"
     kept = {name: content(name) for name in ("own.beats", "workshop")}
-    assert shown(in_a_browser, name, LEFT, kept=kept, least=14) == [16, 8, 0]
-    soon = "ends.forEach((end) => end()); await until(() => running.size >= 14);"
+    assert shown(in_a_browser, name, LEFT, kept=kept, least=18) == [20, 10, 0]
+    soon = "ends.forEach((end) => end()); await until(() => running.size >= 18);"
     soon += "await until(() => !running.size); return 'none';"
     assert shown(in_a_browser, name, soon, kept=kept) == "none"
 
