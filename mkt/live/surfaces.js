@@ -27,6 +27,7 @@ import {
 const [CELLS, COARSE] = [61, 4]; // a side; while a hand moves, every fourth
 const TURN = 60; // [deg]
 const HIGH = 0.9; // where the colours of the distance end, but for larger ones
+const BAR = 90; // [px] of the scale of colours
 const EXTENT = 30; // [px] where no slider says it
 const RED = "#cb1118";
 
@@ -123,7 +124,7 @@ class Surfaces {
     this.controls = new Controls(name, free, () => this.follow());
     this.frame = new Canvas("", 0.9, (...pen) => this.drawFrame(...pen));
     this.canvases = [0, 1].map(
-      (k) => new Canvas("", 1.05, (...pen) => this.drawMap(k, ...pen)),
+      (k) => new Canvas("", 1.12, (...pen) => this.drawMap(k, ...pen)),
     );
     this.cut = new Canvas("", 0.3, (...pen) => this.drawCut(...pen), 208);
     this.cut.node.classList.add("mkt-wide");
@@ -267,7 +268,23 @@ class Surfaces {
   }
 
   mapBox(width, height) {
-    return [38, 22, width - 44, height - 62];
+    return [38, 42, width - 44, height - 82]; // the scale is above
+  }
+
+  // What the colours mean, from 0 to the highest value.
+  drawScale(pen, left, high) {
+    const label = "distance 0";
+    pen.textAlign = "left";
+    pen.fillText(label, left, 12);
+    const from = Math.round(left + pen.measureText(label).width) + 5;
+    const ink = pen.fillStyle;
+    for (let x = 0; x < BAR; x++) {
+      const color = this.viridis[Math.round((255 * x) / (BAR - 1))];
+      pen.fillStyle = `rgb(${color.join(" ")})`;
+      pen.fillRect(from + x, 3, 1, 9);
+    }
+    pen.fillStyle = ink;
+    pen.fillText(number(high, 2), from + BAR + 6, 12);
   }
 
   drawMap(k, pen, width, height) {
@@ -282,6 +299,7 @@ class Surfaces {
       const color = this.viridis[Math.round((map[i] / high) * 255)];
       cells.data.set([...color, 255], 4 * (row * CELLS + (i % CELLS)));
     }
+    this.drawScale(pen, left, high);
     small.getContext("2d").putImageData(cells, 0, 0);
     pen.imageSmoothingEnabled = this.whole;
     // The middles of the outer cells lie on the edges of the box.

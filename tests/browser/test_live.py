@@ -193,8 +193,8 @@ def test_a_command_that_was_shown_goes_when_its_figure_is_moved(opened):
 
 
 PIXEL = """(canvas, [x, turn]) => {
-  const [w, h] = [canvas.clientWidth - 44, canvas.clientHeight - 62];
-  const [u, v] = [38 + (w * (x + 20)) / 40, 22 + (h * (60 - turn)) / 120];
+  const [w, h] = [canvas.clientWidth - 44, canvas.clientHeight - 82];
+  const [u, v] = [38 + (w * (x + 20)) / 40, 42 + (h * (60 - turn)) / 120];
   const sharp = canvas.width / canvas.clientWidth;
   const at = [u, v].map((each) => Math.round(each * sharp));
   return [...canvas.getContext("2d").getImageData(...at, 1, 1).data];
@@ -226,6 +226,23 @@ def test_the_maps_of_figure_3_show_the_distance_where_it_is(opened):
             break
         panel.page.wait_for_timeout(200)
     assert off < 0.02
+
+
+# The colours of the scale above a map, from end to end.
+SCALE = """(canvas) => {
+  const sharp = canvas.width / canvas.clientWidth;
+  const line = canvas.getContext("2d").getImageData(0, 7 * sharp, canvas.width, 1);
+  return [...line.data];
+}"""
+
+
+def test_a_scale_above_the_maps_has_their_colours(opened):
+    panel = ready(opened(SURFACES, "#fig3"))
+    line = np.reshape(panel.locator("canvas").nth(1).evaluate(SCALE), (-1, 4))
+    ends = matplotlib.colormaps["viridis"]([0, 255])[:, :3] * 255
+    off = np.abs(line[:, None, :3] - ends).sum(-1)
+    low, high = np.where(line[:, 3:] == 255, off, np.inf).argmin(0)
+    assert (off[[low, high], [0, 1]] < 12).all() and high - low == pytest.approx(90, 3)
 
 
 # Where the canvases of a panel stand [px], and their pictures.
