@@ -4,7 +4,7 @@
 
 import { linspace } from "./method/numbers.js";
 import { corners } from "./method/regions.js";
-import { MOST_SUBFRAMES, screen } from "./method/scenes.js";
+import { MAX_SUBFRAMES, screen } from "./method/scenes.js";
 import { el } from "./page.js";
 
 export class Exposure {
@@ -43,7 +43,7 @@ export class Exposure {
     const [left, right] = ends.map((t) => this.screen.middle(t)[0]);
     const jumps = from.map((value, i) => Math.abs(value - to[i]));
     const most = Math.max(...jumps, this.inSight(k) ? Math.abs(right - left) : 0);
-    const n = Math.min(Math.max(Math.ceil(most), 1), MOST_SUBFRAMES);
+    const n = Math.min(Math.max(Math.ceil(most), 1), MAX_SUBFRAMES);
     const half = (this.shutter * (1 - 1 / n)) / 2;
     return linspace(k - half, k + half, n);
   }

@@ -18,7 +18,6 @@ IN_OTHER_WORDS = {
     "ssdInit": "SSD.init",
     "ssdStep": "SSD.step",
     "refinedTrack": "track of a Combined, from what its filter found once",
-    "MOST_SUBFRAMES": "MAX_SUBFRAMES of mkt.scenes.rendering",
     "approached": "close_loop, whose rows are those of a figure",
     "linspace": "numpy's",
     "rint": "numpy's",

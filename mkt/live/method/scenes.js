@@ -3,14 +3,14 @@
 import { linspace } from "./numbers.js";
 import { warp } from "./regions.js";
 
-export const MOST_SUBFRAMES = 32;
+export const MAX_SUBFRAMES = 32;
 
 // What a camera sees, without noise, of an object that crosses the place of a region
 // along x while the shutter is open: the mean of sub-frames.  Pictures are RGBA; the
 // speed is in pixels a frame, the exposure a share of the frame.
 export function blurred(ground, sprite, [cx, cy], { exposure, speed }) {
   const path = speed * exposure;
-  const n = Math.min(Math.max(Math.ceil(path), 1), MOST_SUBFRAMES);
+  const n = Math.min(Math.max(Math.ceil(path), 1), MAX_SUBFRAMES);
   const { width, height } = ground;
   const [left, top] = [
     cx + 0.5 - sprite.width / 2,
