@@ -43,7 +43,8 @@ def hybrid_resampling_ranks_first(runs: Runs) -> list[Part]:
     the model update.  PFHR is as we could make it work: it accepts every proposal, and
     waits where the likelihood says that the target is hidden.  As it is printed, with
     the test of Algorithm 2 and a wide search after every frame of low N_eff, it stands
-    at the end, as ours, since that can hardly be meant.  So do the lines with our look.
+    at the end, as ours, since that can hardly be meant; another reading, by which it
+    waited after such a frame, was run before this one.  So do the lines with our look.
     The printed table itself has SIR ahead of PFHR on scale variations.  Window matching
     is ours; on these scenes it follows better than the printed one does on the paper's,
     on BoBoT's ball and cup worse.  Its lines beside PFHR came after the runs.
