@@ -9,11 +9,14 @@ function gets the numbers of all these runs and returns its parts, each with the
 that the claim sets it.
 
 **The rule.**  A part is *supported* when the test of `mkt.experiments.statistics` for
-its kind of number says so at 2.5 % on one side, after Holm's correction over the parts
-of the claim, and *contradicted* when the test of the other side does.  What is neither
+its kind of number says so at 2.5 % on one side, and *contradicted* when the test of the
+other side does after Holm's correction over the parts of the claim.  What is neither
 is a *tie* when the whole 95 % interval lies within a margin of equality that the part
 names, and else *inconclusive*.  A claim stands only if all of its parts do: it has the
-verdict of the worst of them, contradicted before inconclusive before tie.  Parts that
+verdict of the worst of them, contradicted before inconclusive before tie.  So a single
+part makes it contradicted, and the more parts, the more often by chance; that is what
+the correction is for.  To be supported all of them are needed, which chance does not
+make easier.  Parts that
 the paper did not write (`ours`), and those that are true whatever happens, are shown
 but do not count.  The bounds stand beside the parts in the source, most of them written
 before the runs, and no claim that fails is tuned away.  A part that was brought nearer
@@ -54,9 +57,9 @@ SEEDS = HELD_BACK
 FEWEST = 6  # with fewer runs no interval of a median reaches 95 %
 LEVEL = 0.025  # of a test on one side
 RULE = f"""\
-A line is "{SUPPORTED}" when an exact or a t test says so at 2.5 %, after Holm's
-correction over the lines of the claim, and "{CONTRADICTED}" when the test of the other
-side does. Else it is a "{TIE}" when its whole 95 % interval lies within a margin of
+A line is "{SUPPORTED}" when an exact or a t test says so at 2.5 %, and "{CONTRADICTED}"
+when the test of the other side does after Holm's correction over the lines of the
+claim. Else it is a "{TIE}" when its whole 95 % interval lies within a margin of
 equality, and "{INCONCLUSIVE}" when not. A claim has the verdict of the worst of its
 lines. Lines that are ours, or that cannot fail, stand apart and have no say."""
 PAPERS = ("T09", "N03", "C14")  # in the order of the book
@@ -244,10 +247,9 @@ def measure(
 ) -> list[Measured]:
     """Run what claims need, all of them by default, and take their numbers.
 
-    Runs that are known are not done again.  A single name may stand alone.  With six
-    seeds one part that counts can be supported, with seven up to three of them, with
-    eight up to six: their p-values are raised together.  A share of runs that is to
-    exceed .8 needs more.
+    Runs that are known are not done again.  A single name may stand alone.  Six seeds
+    are enough for a part to be supported; a share of runs that is to exceed .8 needs
+    more.
 
     Raises
     ------
@@ -304,18 +306,16 @@ def judge(measured: Measured) -> Result:
 
 def _verdicts(parts: Sequence[Part]) -> list[tuple[Part, str]]:
     """Each of the parts that are tested together, with its verdict."""
-    sides = [("less", "greater") if p.below else ("greater", "less") for p in parts]
-    claimed, other = (
-        holm([
-            p_value(part.values, part.statistic, part.bound, pair[k])
-            for part, pair in zip(parts, sides, strict=True)
-        ])
-        for k in (0, 1)
-    )  # fmt: skip
+    claimed = [_p_value(part, "less" if part.below else "greater") for part in parts]
+    other = [_p_value(part, "greater" if part.below else "less") for part in parts]
     return [
         (part, _verdict(part, *p))
-        for part, *p in zip(parts, claimed, other, strict=True)
+        for part, *p in zip(parts, claimed, holm(other), strict=True)
     ]
+
+
+def _p_value(part: Part, side: str) -> float:
+    return p_value(part.values, part.statistic, part.bound, side)
 
 
 def _verdict(part: Part, claimed: float, other: float) -> str:

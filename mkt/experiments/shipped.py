@@ -1,6 +1,7 @@
 """What was measured once for a release, as tidy tables in ``data/``.
 
-``claims.csv`` has a row for each line of a claim and each seed, ``tracking.csv`` and
+``claims.csv`` has a row for each line of a claim and each seed, ``claims_again.csv``
+the same on scenes that nobody had seen when the claims were put, ``tracking.csv`` and
 ``bobot.csv`` a row for each run of a tracker (`mkt.experiments.sweep.run`), and so have
 ``ablation.csv`` and ``wishes.csv``, with fewer columns.  Beside each lies a JSON file:
 the command that makes the table again, the day, the seeds, the versions of all packages
@@ -30,16 +31,17 @@ from mkt.files import DATA, PACKAGE, DataError, whole
 from mkt.trackers import by_name
 from mkt.tracking import Tracker
 
-CLAIMED, TRACKED, BOBOT, ABLATED, WISHED = (
+CLAIMED, AGAIN, TRACKED, BOBOT, ABLATED, WISHED = (
     DATA / f"{name}.csv"
-    for name in ("claims", "tracking", "bobot", "ablation", "wishes")
+    for name in ("claims", "claims_again", "tracking", "bobot", "ablation", "wishes")
 )
 PAPERS, FIGURES = PACKAGE / "papers", PACKAGE / "figures"
 RANKED = ("tracking", "bobot")  # tables whose parts are trackers
-# Where the code begins that the numbers of all tables depend on, and of these three.
+# Where the code begins that the numbers of all tables depend on, and of these four.
 RUNS = (PACKAGE / "experiments" / "sweep.py", *sorted(PACKAGE.glob("scenes/*.py")))
+OF_CLAIMS = ("claims", "claims_again")
 STARTS = {
-    "claims": sorted(PACKAGE.glob("papers/*/claims.py")),
+    **dict.fromkeys(OF_CLAIMS, sorted(PACKAGE.glob("papers/*/claims.py"))),
     "ablation": [  # which takes its trackers by name
         PAPERS / "cordoba2014" / "ablation.py",
         PACKAGE / "trackers" / "hybrid_resampling.py",
@@ -50,6 +52,7 @@ STARTS = {
 BY_NAME = PACKAGE / "trackers" / "by_name.py"  # imports all trackers, and runs none
 COMMANDS = {
     CLAIMED: "python3 -m mkt claims --release",
+    AGAIN: "python3 -m mkt claims --again --release",
     TRACKED: "python3 -m mkt bench tracking --release",
     BOBOT: "python3 -m mkt bench tracking --release",
     ABLATED: ".venv/bin/python -m mkt.papers.cordoba2014.ablation",
@@ -108,7 +111,7 @@ def _code_of_tracker(tracker: Tracker) -> str:
 
 def _claimants(table: Path) -> list[Path]:
     """The files of the trackers that the claims run; none of another table."""
-    if table.stem != CLAIMED.stem:
+    if table.stem not in OF_CLAIMS:
         return []
     needs = (cells for claim in CLAIMS.values() for cells in claim.needs.values())
     return sorted({_home(tracker) for cells in needs for tracker in cells.values()})
@@ -202,9 +205,10 @@ def check_kept(fresh: Iterable[str], table: Path = CLAIMED) -> None:
     """
     others = _kept(fresh, table)
     if others and changed(table, read_claims(table)[1]):
+        command = COMMANDS.get(table, COMMANDS[CLAIMED])
         raise ValueError(
             f"the code has changed since {others[0].claim.name} of {table.name} was "
-            f"measured; measure all claims, with {COMMANDS[CLAIMED]}"
+            f"measured; measure all claims, with {command}"
         )
 
 
@@ -262,8 +266,14 @@ def _parts(
     return parts
 
 
-def claimed(names: Iterable[str] = ()) -> list[Measured]:
+def claimed(names: Iterable[str] = (), table: Path = CLAIMED) -> list[Measured]:
     """What was measured for some claims of the release, for all by default.
+
+    Parameters
+    ----------
+    names : iterable of str
+    table : Path
+        ``CLAIMED``, or ``AGAIN`` for the same on other scenes.
 
     Raises
     ------
@@ -271,12 +281,12 @@ def claimed(names: Iterable[str] = ()) -> list[Measured]:
         For an unknown name; DataError where the table cannot be read or lacks it.
     """
     wanted = [CLAIMS[name].name for name in list(names) or CLAIMS]
-    known = {one.claim.name: one for one in read_claims()[0]}
+    known = {one.claim.name: one for one in read_claims(table)[0]}
     if missing := [name for name in wanted if name not in known]:
         raise DataError(
-            CLAIMED,
+            table,
             f"has no runs of {missing[0]}",
-            f"make it again with {COMMANDS[CLAIMED]}",
+            f"make it again with {COMMANDS[table]}",
         )
     return [known[name] for name in wanted]
 

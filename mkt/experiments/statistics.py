@@ -7,8 +7,8 @@ alike than those of two, so that an interval speaks for new paths of these objec
 * `MEDIAN` of any values: the interval ends at two of the sorted values, which covers
   the median whatever the distribution is; the sign test, in which a value that equals
   the bound speaks against what is claimed.
-* `MEAN` of any values: Student's t.  It knows only their spread, and so it takes
-  values that are all alike for certain.
+* `MEAN` of any values: Student's t, which goes by their spread.  Of values that are
+  all alike it says nothing: how far off another one may lie is not to be seen in them.
 * `SHARE` of the runs in which something is so, values 0 and 1: Clopper and Pearson's
   interval; the binomial test.
 * `PAIRS`, the difference of two such shares over the same runs, values -1, 0 and 1: the
@@ -42,6 +42,7 @@ SUMMARISED = (
     "evaluations",
     "cpu_ms",
 )
+DUST = 1e-12  # of the values: what rounding alone makes of equal ones
 SHARES = ("lost",)  # 0 or 1 for a run: the mean says more than the median
 
 
@@ -86,22 +87,22 @@ def _mcnemar_test(values: Array, bound: float, side: str) -> float:
     return _sign_test(values[values != bound], bound, side)
 
 
+def _all_alike(values: Array) -> bool:
+    """Whether values (n,) differ by no more than rounding does, or there is but one."""
+    return bool(np.ptp(values) <= DUST * np.max(np.abs(values)))
+
+
 def _mean_ends(values: Array, level: float) -> tuple[float, float]:
-    if len(values) < 2:
+    if _all_alike(values):
         return -np.inf, np.inf
     mean, error = float(np.mean(values)), float(scipy.stats.sem(values))
-    if error == 0:
-        return mean, mean
     ends = scipy.stats.t.interval(level, len(values) - 1, mean, error)
     return float(ends[0]), float(ends[1])
 
 
 def _t_test(values: Array, bound: float, side: str) -> float:
-    if len(values) < 2:
+    if _all_alike(values):
         return 1.0
-    if np.ptp(values) == 0:
-        beyond = values[0] > bound if side == "greater" else values[0] < bound
-        return 0.0 if beyond else 1.0
     return float(scipy.stats.ttest_1samp(values, bound, alternative=side).pvalue)
 
 
@@ -238,8 +239,15 @@ def holm(p_values: Sequence[float]) -> Array:
 
     Each is raised so that the chance of even one false alarm among all of them stays
     below the level.
+
+    Raises
+    ------
+    ValueError
+        For what is no row of numbers from 0 to 1.
     """
     p = np.asarray(p_values, float)
+    if p.ndim != 1 or not ((p >= 0) & (p <= 1)).all():
+        raise ValueError(f"p_values are {p}; give a row of numbers from 0 to 1")
     order = np.argsort(p)
     raised = np.maximum.accumulate(p[order] * np.arange(len(p), 0, -1))
     result = np.empty(len(p))

@@ -631,7 +631,7 @@ def test_a_verdict_of_each_kind_has_its_sign_its_words_and_its_picture():
     made = shipped.Made(
         "make it", "2026-01-02", "1000:1012", ["python 9"], {"claims": "other"}, ""
     )
-    page = pages.claims(BOOK, results, made)
+    page = pages.claims(BOOK, results, results, made)
     for verdict, (name, sign) in pages.BADGES.items():
         assert f'mkt-{name}">{sign} {verdict}</span>' in page
     assert "&lt;b&gt;x&lt;/b&gt; &amp; y" in page and "<b>x" not in page
@@ -640,9 +640,36 @@ def test_a_verdict_of_each_kind_has_its_sign_its_words_and_its_picture():
     assert "They are of 12 pairs of object\nand ground, 4 objects before 3 gr" in page
 
 
+def test_the_page_says_which_verdicts_are_others_on_new_scenes():
+    """Of three claims that are supported one is so again; and one becomes it."""
+    right, wrong = (claims.Part("x", np.arange(12.0) + k, 6) for k in (7, -20))
+    names = list(claims.CLAIMS)[:4]
+
+    def results(*parts):
+        pairs = zip(names, parts, strict=True)
+        return [
+            claims.judge(claims.Measured(claims.CLAIMS[name], range(12), (part,)))
+            for name, part in pairs
+        ]
+
+    made = shipped.read_claims()[1]
+    first = results(right, right, right, wrong)
+    page = pages.claims(BOOK, first, results(right, wrong, wrong, right), made)
+    assert "Of the 3 claims that are supported,\n1 are so there again" in page
+    for name, new, old in zip(
+        names[1:],
+        ("contradicted", "contradicted", "supported"),
+        ("supported", "supported", "contradicted"),
+        strict=True,
+    ):
+        assert f"{name} (*{new}*, here *{old}*)" in page
+    assert f"{names[0]} (*" not in page
+    assert "Other verdicts" not in pages.claims(BOOK, first, first, made)
+
+
 def test_a_claim_that_says_it_came_late_is_named_above_the_claims():
     results = [claims.judge(one) for one in shipped.claimed()]
-    page = pages.claims(BOOK, results, shipped.read_claims()[1])
+    page = pages.claims(BOOK, results, results, shipped.read_claims()[1])
     late = page.partition("Six claims\nand some lines")[2].partition("```")[0]
     after = re.compile(r"after (most of )?the(se)? runs")
     named = {name for name, one in claims.CLAIMS.items() if after.search(one.remark)}
@@ -860,14 +887,16 @@ def test_every_claim_is_on_its_page_with_sentence_and_verdict_in_words(site, pag
     text = unescape((site / "claims.html").read_text(encoding="utf-8"))
     text = text.replace("\N{NO-BREAK SPACE}", " ")
     words = re.sub(r"</?a[^>]*>", "", text)
-    for result in map(claims.judge, shipped.claimed()):
+    again = map(claims.judge, shipped.claimed(table=shipped.AGAIN))
+    for result, other in zip(map(claims.judge, shipped.claimed()), again, strict=True):
         assert result.claim.name in pages_of[site / "claims.html"].ids
         assert result.claim.sentence in words and result.claim.printed in words
         _, sign = pages.BADGES[result.verdict]
         assert f"{sign} {result.verdict}</span>" in text
-        for line in result.lines:
+        for line, new in zip(result.lines, other.lines, strict=True):
             assert f"<td>{line.part.text}</td>" in text
-            assert f"<td>{measured(line)}</td>" in text
+            below = f'<span class="mkt-again">{measured(new)}</span>'
+            assert f"<td>{measured(line)}{below}</td>" in text
     assert "claims.html" in pages_of[site / "index.html"].links
 
 

@@ -7,6 +7,7 @@ from itertools import combinations
 import cv2
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from mkt.evaluation import scored_frames
 from mkt.experiments import shipped
@@ -170,6 +171,16 @@ def test_ablation_names_each_part_and_the_printed_sign_of_an_occlusion_costs_muc
         assert low["occlusion by N_eff, as printed"] > 0
         assert (low["no occlusion mode"] > 0) == (kind != "trajectory")
         assert (low["no inertia"] > 0) == (kind == "trajectory")
+        sure = dict(zip(shown["names"], shown["sure"], strict=True))
+        assert sure["no occlusion mode"] == (kind == "pillars")
+        assert sure["no inertia"] == (kind == "trajectory") and not sure["PFHR"]
+        bold = [text.get_text() for text in fig.findobj(is_bold)]
+        assert len(bold) == sum(shown["sure"])
+
+
+def is_bold(artist):
+    """Whether it is a text in bold letters."""
+    return isinstance(artist, Text) and artist.get_fontweight() == "bold"
 
 
 @pytest.mark.slow

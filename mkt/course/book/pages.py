@@ -200,14 +200,24 @@ def source_page(function: Callable) -> str:
     return f"_modules/{page}.html#{function.__name__}"
 
 
-def claims(book: Book, results: list[Result], made: shipped.Made) -> str:
-    """claims.md: every judged claim with its numbers and its verdict."""
+def claims(
+    book: Book, results: list[Result], again: list[Result], made: shipped.Made
+) -> str:
+    """claims.md: every judged claim with its numbers and its verdict.
+
+    And the same ``again`` on other scenes, in the same order.
+    """
     verdicts = [result.verdict for result in results]
+    twice = list(zip(results, again, strict=True))
     scenes = [drawn("", seed) for seed in results[0].seeds]
     modules = dict.fromkeys(result.claim.function.__module__ for result in results)
     return _filled(
         "claims.md",
         results=results,
+        twice=[(one, new, _paired(one, new)) for one, new in twice],
+        again_seeds=again[0].seeds,
+        stood=sum(one.verdict == new.verdict == SUPPORTED for one, new in twice),
+        moved=[(one, new) for one, new in twice if one.verdict != new.verdict],
         counts={verdict: verdicts.count(verdict) for verdict in BADGES},
         badges=BADGES,
         pairs=len({(scene.item, scene.ground) for scene in scenes}),
@@ -219,6 +229,11 @@ def claims(book: Book, results: list[Result], made: shipped.Made) -> str:
         modules=list(modules),
         printed={one.claim.name: printed(one.claim, book) for one in results},
     )
+
+
+def _paired(result: Result, again: Result) -> list[tuple[Line, Line]]:
+    """Each line of a claim, and the same on other scenes."""
+    return list(zip(result.lines, again.lines, strict=True))
 
 
 def printed(claim: Claim, book: Book) -> Markup:

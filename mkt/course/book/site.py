@@ -87,12 +87,13 @@ def _pages(book: Book, notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
     """{path below the source folder: text} of what stands round the chapters."""
     measured, made = shipped.read_claims()
     results = [claims.judge(one) for one in measured]
+    again = [claims.judge(one) for one in shipped.claimed(table=shipped.AGAIN)]
     boards = leaderboard.shipped()
     return {
         "conf.py": pages.configuration(book),
         "index.md": pages.first(book, [result.verdict for result in results]),
         "gallery.md": pages.gallery(book, positions.of_first_sliders(notebooks)),
-        "claims.md": pages.claims(book, results, made),
+        "claims.md": pages.claims(book, results, again, made),
         "leaderboard.md": pages.leaderboard(boards),
         "after.md": pages.after(boards),
         "tasks.md": pages.tasks(),

@@ -24,6 +24,7 @@ SIZED = ("clutter", *OCCLUDED)  # of which the paper speaks of the size
 PARTICLES = (50, 100, 200, 400, 800)
 AS_PRINTED = "pfhr as printed"
 EQUAL = 1.0  # [%] of true positives: less is taken for none
+EQUAL_RATIO = 0.1  # of errors of the size: a tenth is taken for none
 
 
 @claim(
@@ -172,15 +173,17 @@ def _timed(anew: bool, seed: int) -> float:
 def hybrid_resampling_knows_the_size(runs: Runs) -> list[Part]:
     """SIR misses the size of the target, and PFHR estimates it.
 
-    SIR's error over PFHR's, both with the paper's look, in the frames in which both
-    hold the target: a lost one has any size.  PFHR is that of C14-a.  The claim was
-    put after runs on ten of the scenes.
+    Of this only the comparison is tested: SIR's error over PFHR's, both with the
+    paper's look, in the frames in which both hold the target, since a lost one has any
+    size.  PFHR is that of C14-a.  The claim was put after runs on ten of the scenes,
+    and that a tenth is none was said after all.
     """
     return [
         Part(
             f"{kind}: error of the size, SIR over PFHR",
             np.array(over_seeds(partial(_sizes, kind), runs.seeds)),
             1,
+            margin=EQUAL_RATIO,
         )
         for kind in SIZED
     ]

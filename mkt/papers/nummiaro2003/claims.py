@@ -12,7 +12,7 @@ import pandas as pd
 from mkt.colors import ColorBins
 from mkt.evaluation import HIT
 from mkt.experiments.claims import Part, Runs, claim, over_seeds
-from mkt.experiments.statistics import MEAN, PAIRS, SHARE
+from mkt.experiments.statistics import PAIRS, SHARE
 from mkt.experiments.timing import milliseconds, one_thread
 from mkt.histograms import coefficient
 from mkt.papers import runs as kept
@@ -27,7 +27,7 @@ from mkt.trackers.adaptive import Adaptive
 from mkt.trackers.appearance import place
 from mkt.trackers.ellipses import Disc
 from mkt.trackers.opencv import MeanShift
-from mkt.types import Array, ArrayLike, Region, Regions, Rng
+from mkt.types import Array, ArrayLike, NDArray, Region, Regions, Rng
 
 PAPER = Adaptive()
 FIXED = replace(PAPER, alpha=0.0)  # no update: the initialisation alone
@@ -40,7 +40,7 @@ RIVALS = {
     BY_HUE: replace(PAPER, bins=HUES),
     "meanshift": MeanShift(),
 }
-DOUBLED = 1.5  # doubling N, pixels or bins: more than this factor is growth
+DOUBLED = 1.5  # doubling N or pixels: more than this factor is growth
 TIMED = np.array([160.0, 120.0, 0.0, 40.0, 50.0])  # the region whose cost is measured
 # Factors on it: half axes of 20 x 25 and of 80 x 100 pixels.
 HALF, TWICE = np.array([1, 1, 1, 0.5, 0.5]), np.array([1, 1, 1, 2.0, 2.0])
@@ -118,8 +118,9 @@ def weighting_takes_the_time(runs: Runs) -> list[Part]:
     runs that size was asked of our fixed grid of points in each ellipse, which cannot
     cost more: ours since then.  To weight is also to find the bin of every pixel; the
     histograms and coefficients alone take less than half.  More than 1.5 times as much
-    for twice of something is growth, which is 1.5^4 for sixteen times the area.  All
-    times are repeats on the one machine that made the release.
+    for twice of N or of the area is growth, which is 1.5^4 for sixteen times the area.
+    Of more bins it is asked only to cost more, of which twice as many do not show much.
+    All times are repeats on the one machine that made the release.
     """
     times = pd.DataFrame([clocked() for _ in runs.seeds])
     n = len(runs.seeds)
@@ -167,6 +168,7 @@ def student(seed: int, tracker: Adaptive = FIXED) -> dict[str, float]:
         lost : 1 when declared lost behind the tree.
         found : 1 when found again within 25 frames after it.
         bridged : 1 when the mode stays the same at both short passes.
+        passed : 1 when a frame in the eight after each of them is a hit.
         late : frames from the leaving to the loss that stays, NaN for never.
         learnt : share of the frames behind the tree in which the model is updated.
     """
@@ -182,10 +184,12 @@ def student(seed: int, tracker: Adaptive = FIXED) -> dict[str, float]:
     for_good = np.flatnonzero(~away)[-1] + 1
     found = hit[out : out + AFTER].any() and not away[out + AFTER]
     passing = [away[k - AROUND : k + AROUND + 1] for k in stories.PASSES]
+    passed = all(hit[k + 1 : k + AROUND + 1].any() for k in stories.PASSES)
     return {
         "lost": float(away[hidden].any()),
         "found": float(found),
         "bridged": float(not np.any(passing)),
+        "passed": float(passed),
         "late": float(for_good - gone) if away[-1] else np.nan,
         "learnt": float(track.info["updated"][hidden].mean()),
     }
@@ -221,18 +225,19 @@ def short_occlusions_are_bridged(runs: Runs) -> list[Part]:
 
     Shares of the runs over the student sequence, samples waiting at the sides of the
     tree and of the image.  For comparison a tracker that never returns to the
-    initialisation.  The first two lines have no say, because they follow from the
-    set-up: who passes hides the student for three frames at most, the tree for about
-    thirty, and the patience is five.  The paper does not say whether the model learns
-    here, nor its rate: lines without the update, and with a rate of .02, which was
-    chosen on other runs of the student's.  The last two, ours, are with the rate of
-    N03-d.  Those with an update came after the runs of the others.
+    initialisation.  Two lines have no say, because they follow from the set-up: who
+    passes hides the student for three frames at most, the tree for about thirty, and
+    the patience is five.  The paper does not say whether the model learns here, nor its
+    rate: lines without the update, and with a rate of .02, which was chosen on other
+    runs of the student's.  The last two, ours, are with the rate of N03-d.  Those with
+    an update came after the runs of the others, and the first line after them all.
     """
     walked = _walked(runs.seeds)
     ours = walked["ours"]
     gain = ours["found"] - walked["stubborn"]["found"]
     rates = {"slow": SLOW, "learns": PAPER.alpha}
     return [
+        _share("hit within 8 frames after each short pass", ours["passed"], 0.8),
         _share("short passes without a change of mode", ours["bridged"], 0.8, True),
         _share("declared lost behind the tree", ours["lost"], 0.8, True),
         _share("found again after the tree", ours["found"], 0.8),
@@ -259,12 +264,29 @@ def traffic(seed: int, alpha: float, look: str = "fades") -> dict[str, float]:
         hits : the share of true positives, none while the tracker searches.
         scale : the mean error of H_x, as a share of it.
     """
+    hit, off = _driven(seed, alpha, look)
+    return {"hits": float(hit.mean()), "scale": float(off.mean())}
+
+
+def _driven(seed: int, alpha: float, look: str) -> tuple[NDArray, Array]:
+    """In which frames (T - 1,) of a run the van is held, and the error of H_x."""
     scene = stories.traffic(seed, look)
-    clip = kept.clip(scene)
+    truth = kept.clip(scene).truth
     track = kept.run(replace(PAPER, alpha=alpha), scene, seed)
-    hit = held(track, clip.truth) > HIT
-    off = np.abs(track.regions[1:, 3] / clip.truth[1:, 3] - 1)
-    return {"hits": float(hit[1:].mean()), "scale": float(np.mean(off))}
+    off = np.abs(track.regions[1:, 3] / truth[1:, 3] - 1)
+    return held(track, truth)[1:] > HIT, off
+
+
+def nearer(seed: int) -> float:
+    """Error of H_x with the update minus without, over the frames in which both hold.
+
+    Of the van that takes other colours.
+    """
+    (hit, off), (hit_still, off_still) = (
+        _driven(seed, alpha, "fades") for alpha in (PAPER.alpha, 0.0)
+    )
+    both = hit & hit_still
+    return float(off[both].mean() - off_still[both].mean())
 
 
 def drives(seed: int) -> dict[tuple[float, str], dict[str, float]]:
@@ -284,8 +306,9 @@ def the_update_estimates_the_scale_better(runs: Runs) -> list[Part]:
     lost the van has a size too, and that counts.  The paper says "better", so that more
     than none is asked; a gain of .2 is what we had asked for before the runs, and is
     ours.  The last lines are ours, too: when the scale alone changes, the model has
-    nothing to learn, and forgets its own size; and the gain at the rate of .02 with
-    which N03-c finds the student again.
+    nothing to learn, and forgets its own size; the gain at the rate of .02 with which
+    N03-c finds the student again; and, put last, the error of the size over the frames
+    in which both hold the van, which leaves out what a lost one makes of it.
     """
     rows = over_seeds(drives, runs.seeds)
 
@@ -311,6 +334,13 @@ def the_update_estimates_the_scale_better(runs: Runs) -> list[Part]:
             f"other colours: {hits}, alpha = {SLOW:g}",
             gains("fades", "hits", SLOW),
             0,
+            ours=True,
+        ),
+        Part(
+            f"other colours: {off}, where both hold",
+            np.array(over_seeds(nearer, runs.seeds)),
+            0,
+            below=True,
             ours=True,
         ),
     ]
@@ -402,26 +432,27 @@ def _apart(
 def the_condition_stops_the_learning(runs: Runs) -> list[Part]:
     """The update condition keeps the model from learning while the target is hidden.
 
-    The share of the frames behind the tree in which the model is updated, at alpha = .1
-    as in N03-d, where the coefficient of the mean state is above .9, the printed number
-    read as a coefficient.  Ours: above .8, as in N03-d; the same at a rate of .02; and
-    whether the student is found again, since what the model has learnt before the tree
-    stays.  The claim was put after some of these runs.
+    The share of the runs in which the model is updated in no frame behind the tree, at
+    alpha = .1 as in N03-d, where the coefficient of the mean state is above .9, the
+    printed number read as a coefficient.  Ours: above .8, as in N03-d; the same at a
+    rate of .02; and whether the student is found again, since what the model has learnt
+    before the tree stays.  The claim was put after some of these runs; its first lines
+    had the mean share of frames, of which runs that are all alike say nothing.
     """
     walked = _walked(runs.seeds)
     strict = walked["printed gate"]
-    learns = "share of the frames behind the tree in which the model learns"
+    still = "the model learns nothing behind the tree"
     return [
-        _learnt(f"{learns}, above .9", strict),
-        _learnt(f"{learns}, above .8", walked["learns"], ours=True),
-        _learnt(f"{learns}, above .8, alpha = {SLOW:g}", walked["slow"], ours=True),
+        _share(f"{still}, above .9", strict["learnt"] == 0, 0.8),
+        _share(f"{still}, above .8", walked["learns"]["learnt"] == 0, 0.8, ours=True),
+        _share(
+            f"{still}, above .8, alpha = {SLOW:g}",
+            walked["slow"]["learnt"] == 0,
+            0.8,
+            ours=True,
+        ),
         _share("found again after the tree, above .9", strict["found"], 0.8, ours=True),
     ]
-
-
-def _learnt(text: str, walked: pd.DataFrame, ours: bool = False) -> Part:
-    """A part on a share of frames, less than a tenth of them."""
-    return Part(text, walked["learnt"].to_numpy(), 0.1, True, "", MEAN, 0.01, ours)
 
 
 @claim("N03-h", "Section 1", **dict.fromkeys((CLUTTERED, *OCCLUDED), RIVALS))
