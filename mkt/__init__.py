@@ -123,7 +123,9 @@ _PUBLIC = {
     ),
     "mkt.experiments.claims": "judge measure",
     "mkt.experiments.shipped": "verdicts",
-    "mkt.experiments.statistics": "MEAN MEDIAN PAIRS SHARE interval p_value summaries",
+    "mkt.experiments.statistics": (
+        "FRACTION MEAN MEDIAN PAIRS SHARE interval p_value summaries"
+    ),
     "mkt.experiments.sweep": "Job jobs sweep write_table",
     "mkt.figures": "explore show",
     "mkt.figures.film": "play",

@@ -1,6 +1,6 @@
 """How sure a number over runs is: exact intervals, tests, and summaries of many runs.
 
-Four kinds of number, each with its interval and its test; the values are one for each
+Five kinds of number, each with its interval and its test; the values are one for each
 run, and runs are taken as independent of each other.  Scenes of one object are more
 alike than those of two, so that an interval speaks for new paths of these objects:
 
@@ -9,6 +9,9 @@ alike than those of two, so that an interval speaks for new paths of these objec
   the bound speaks against what is claimed.
 * `MEAN` of any values: Student's t, which goes by their spread.  Of values that are
   all alike it says nothing: how far off another one may lie is not to be seen in them.
+* `FRACTION`, the mean of values from 0 to 1, such as overlaps and shares of frames:
+  the same, within 0 and 1; and where all are alike, the interval of `SHARE` tells in
+  how many runs it may still be otherwise, by all that there is.
 * `SHARE` of the runs in which something is so, values 0 and 1: Clopper and Pearson's
   interval; the binomial test.
 * `PAIRS`, the difference of two such shares over the same runs, values -1, 0 and 1: the
@@ -100,6 +103,15 @@ def _mean_ends(values: Array, level: float) -> tuple[float, float]:
     return float(ends[0]), float(ends[1])
 
 
+def _fraction_ends(values: Array, level: float) -> tuple[float, float]:
+    if not _all_alike(values):
+        low, high = _mean_ends(values, level)
+        return max(low, 0.0), min(high, 1.0)
+    value = _mean(values)
+    _, others = _share_ends(np.zeros(len(values)), level)
+    return value - others * value, value + others * (1 - value)
+
+
 def _t_test(values: Array, bound: float, side: str) -> float:
     if _all_alike(values):
         return 1.0
@@ -144,6 +156,10 @@ MEDIAN = Statistic(
 #:
 #: :meta hide-value:
 MEAN = Statistic("mean", _mean, _mean_ends, _t_test)
+#: The mean of values from 0 to 1, with Student's interval and test.
+#:
+#: :meta hide-value:
+FRACTION = Statistic("fraction", _mean, _fraction_ends, _t_test)
 #: A share of yes or no, with an interval and a test of the binomial distribution.
 #:
 #: :meta hide-value:
@@ -152,7 +168,7 @@ SHARE = Statistic("share", _mean, _share_ends, _share_test)
 #:
 #: :meta hide-value:
 PAIRS = Statistic("difference of shares", _mean, _pairs_ends, _mcnemar_test)
-STATISTICS = {one.name: one for one in (MEDIAN, MEAN, SHARE, PAIRS)}
+STATISTICS = {one.name: one for one in (MEDIAN, MEAN, FRACTION, SHARE, PAIRS)}
 
 
 def interval(
@@ -164,7 +180,7 @@ def interval(
     ----------
     values : (n,) array_like
     statistic : Statistic
-        `MEDIAN`, `MEAN`, `SHARE` or `PAIRS`.
+        `MEDIAN`, `MEAN`, `FRACTION`, `SHARE` or `PAIRS`.
     level : float
 
     Returns
@@ -188,12 +204,16 @@ def interval(
 
 def _checked(values: ArrayLike, statistic: Statistic) -> Array:
     """The values as an array (n,); the exact tests of shares count whole runs."""
-    of_kind(statistic, Statistic, "statistic", "give MEDIAN, MEAN, SHARE or PAIRS")
+    kinds = "MEDIAN, MEAN, FRACTION, SHARE or PAIRS"
+    of_kind(statistic, Statistic, "statistic", f"give {kinds}")
     values = np.asarray(values, float)
     if values.ndim != 1:
         raise ValueError(f"values have the shape {values.shape}; give one for each run")
+    known = values[np.isfinite(values)]
+    if statistic is FRACTION and not ((known >= 0) & (known <= 1)).all():
+        raise ValueError("values of a fraction must lie between 0 and 1")
     possible = {SHARE: (0, 1), PAIRS: (-1, 0, 1)}.get(statistic)
-    if possible and not np.isin(values[np.isfinite(values)], possible).all():
+    if possible and not np.isin(known, possible).all():
         raise ValueError(
             f"values of a {statistic.name} must be among {possible}, one for each run"
         )

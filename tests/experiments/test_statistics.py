@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from mkt.experiments.statistics import (
+    FRACTION,
     MEAN,
     MEDIAN,
     PAIRS,
@@ -181,6 +182,24 @@ def test_holm_raises_keeps_the_order_and_is_exact_for_the_smallest(p):
     assert (raised >= p).all() and (raised <= 1).all()
     assert (np.diff(raised[np.argsort(p)]) >= 0).all()
     assert raised.min() == pytest.approx(min(1, len(p) * min(p)))
+
+
+@given(st.floats(0, 1), st.integers(1, 40))
+def test_of_runs_all_alike_a_fraction_knows_how_many_may_be_otherwise(value, n):
+    """If one of them were 0 or 1 more often than the ends say, it would be here."""
+    _, low, high = interval(np.full(n, value), FRACTION)
+    others = 1 - 0.025 ** (1 / n)  # Clopper and Pearson of none in n
+    assert low == pytest.approx((1 - others) * value, abs=1e-9)
+    assert high == pytest.approx(value + others * (1 - value), abs=1e-9)
+
+
+def test_a_fraction_has_the_interval_of_a_mean_within_0_and_1():
+    values = np.array([0.2, 0.5, 0.6, 0.4])
+    assert interval(values, FRACTION) == interval(values, MEAN)
+    beyond = [1.0, 1, 0.2, 1]
+    assert interval(beyond, MEAN)[2] > 1 == interval(beyond, FRACTION)[2]
+    with pytest.raises(ValueError, match="fraction must lie between 0 and 1"):
+        interval([0.5, 1.1], FRACTION)
 
 
 @pytest.mark.parametrize("p", [[0.1, np.nan], [[0.1]], [-0.1], [1.5]])

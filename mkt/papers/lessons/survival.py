@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mkt.experiments import shipped
-from mkt.experiments.statistics import MEAN, SHARE, Statistic, interval, refused
+from mkt.experiments.statistics import FRACTION, SHARE, Statistic, interval, refused
 from mkt.figures.registry import Shown, figure, shown
 from mkt.scenes import SCENES
 from mkt.trackers.by_name import LABELS, TRACKERS
@@ -15,8 +15,8 @@ from mkt.types import Array
 # What is counted of a run: the column, whether it is turned round, and the statistic.
 COUNTED: dict[str, tuple[str, bool, Statistic]] = {
     "runs that end on the target": ("lost", True, SHARE),
-    "overlap": ("overlap", False, MEAN),
-    "frames with a hit": ("hits", False, MEAN),
+    "overlap": ("overlap", False, FRACTION),
+    "frames with a hit": ("hits", False, FRACTION),
 }
 DARK = 55  # [%]: from here on the letters are dark
 # Questions of [T09] and ours first, then the twins of [C14].
@@ -71,9 +71,7 @@ def _cell(
     """The number of a tracker on a kind of scene, with the ends of its interval."""
     values = rows.loc[(rows["tracker"] == name) & (rows["source"] == kind), "value"]
     value, low, high = interval(values, statistic)
-    # Of overlaps and shares of frames, t may reach beyond what there is.
-    ends = {"low [%]": 100 * max(low, 0), "high [%]": 100 * min(high, 1)}
-    return {"value [%]": 100 * value} | ends
+    return {"value [%]": 100 * value, "low [%]": 100 * low, "high [%]": 100 * high}
 
 
 def _draw(ax: Axes, names: list[str], values: Array, low: Array, high: Array) -> None:

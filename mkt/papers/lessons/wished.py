@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from mkt.autoregression import changes
 from mkt.colors import ColorBins
-from mkt.experiments.statistics import MEAN, interval
+from mkt.experiments.statistics import FRACTION, interval
 from mkt.figures.registry import Shown, at_most, figure, shown
 from mkt.histograms import histograms, learn
 from mkt.kernels import Kernels
@@ -56,8 +56,7 @@ def _draw_means(
     lines = []
     for y, (text, (kind, label, color)) in enumerate(cells.items()):
         cell = rows[(rows["source"] == kind) & (rows["tracker"] == label)]
-        value, low, high = interval(cell[number].to_numpy(float), MEAN)
-        low, high = max(low, 0.0), min(high, 1.0)  # t may reach beyond what there is
+        value, low, high = interval(cell[number].to_numpy(float), FRACTION)
         lines.append({"what": text, number: value, "low": low, "high": high})
         ax.hlines(y, low, high, color=color, lw=2)
         ax.plot(value, y, "o", color=color)
