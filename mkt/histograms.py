@@ -36,7 +36,7 @@ import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix
 
 from mkt.checks import LONGEST, checked_region, in_words, of_kind
-from mkt.colors import BinImage
+from mkt.colors import BinImage, label_type
 from mkt.homographies import HORIZON, angles, as_places, maps
 from mkt.kernels import Kernels, of_kernels
 from mkt.regions import as_regions
@@ -251,7 +251,10 @@ def _chunks(
 
 
 def _chunk(kernels: Kernels) -> int:
-    """Regions in a chunk: they must fit the cache, and their kernels' numbers uint8."""
+    """Regions in a chunk: they must fit the cache, and their kernels' numbers uint8.
+
+    Of more kernels than those a chunk has one region, and numbers of 16 bits.
+    """
     j, n = kernels.weights.shape
     cached = min(max(IN_CACHE // n, 1), LONGEST)
     return cached if kernels.parts is None else max(min(cached, 255 // j), 1)
@@ -317,18 +320,21 @@ def _constant(labels: NDArray, kernels: Kernels, out: NDArray) -> None:
     number = _numbers(kernels, labels.dtype)[:k]
     ranges, sizes = [0, k * j, 0, m], [k * j, m]
     table = out.reshape(k * j, m)
-    for i, layer in enumerate(labels):
+    for i, layer in enumerate(labels.astype(number.dtype, copy=False)):
         channels = [number, layer]
         cv2.calcHist(channels, [0, 1], None, sizes, ranges, table, accumulate=i > 0)
 
 
 @lru_cache(maxsize=64)
 def _numbers(kernels: Kernels, dtype) -> NDArray:
-    """The kernel that each sample of a whole chunk counts for: (chunk, n)."""
+    """The kernel that each sample of a whole chunk counts for: (chunk, n).
+
+    They are of the labels' type, unless there are more kernels than it has numbers.
+    """
     assert kernels.parts is not None  # or their weights are not constant
     j = len(kernels.weights)
     rows = np.arange(_chunk(kernels))[:, None]
-    return (kernels.parts + j * rows).astype(dtype)
+    return (kernels.parts + j * rows).astype(np.promote_types(dtype, label_type(j)))
 
 
 def _weighted(labels: NDArray, kernels: Kernels, out: NDArray) -> None:

@@ -309,6 +309,25 @@ def test_overlapping_constant_kernels_are_counted_in_each():
     assert kernels.parts is None and (kernels.weights > 0).sum(0).max() > 1
 
 
+class Columns(Kernels):
+    """Constant kernels side by side, as many as the sides of their grid allow."""
+
+    def _squared_radii(self, plane):
+        j = self.samples
+        own = np.floor((plane[:, 0] / self.half_sides[0] + 1) / 2 * j)
+        return np.where(own == np.arange(j)[:, None], 0.0, 2.0)
+
+
+@pytest.mark.parametrize("j", [255, 256, 257, 300])
+def test_more_constant_kernels_than_a_byte_has_numbers_are_counted_apart(j):
+    # So flat that each kernel has one sample, all in one row.
+    kernels = Columns("tiles", "uniform", aspect=1000.0, samples=j)
+    labels = np.random.default_rng(0).integers(0, 9, (3, 320), np.uint8)
+    q = histograms(BinImage(labels, 9), kernels, [[(j - 1) / 2, 1, 0, j / 2, 0.5]])[0]
+    assert kernels.parts is not None and len(q) == j
+    assert (q.argmax(-1) == labels[1, :j]).all() and (q.max(-1) == 1).all()
+
+
 IMAGE = ColorBins()(
     np.random.default_rng(5).integers(0, 256, (60, 80, 3), dtype=np.uint8)
 )
