@@ -15,18 +15,23 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import checked_frame, checked_region, finite, in_words
-from mkt.regions import from_box, outside, to_box
+from mkt.regions import HX, HY, from_box, outside, to_box
 from mkt.tracking import Info, report
-from mkt.types import Frame, Region, Rng
+from mkt.types import Array, Frame, Region, Rng
 
 SEARCHES = ("local", "global")
 
 
 class TemplateState(NamedTuple):
-    """The template (h, w, 3) uint8 and the last estimate (5,)."""
+    """The template (h, w, 3) uint8 and where it was found last, a region (5,).
+
+    The object is a box larger by `beyond`, (left, top, width, height) [px]: what of it
+    lay outside the first frame.
+    """
 
     template: Frame
     region: Region
+    beyond: Array
 
 
 @dataclass(frozen=True)
@@ -62,10 +67,12 @@ class TemplateMatching:
     def init(self, frame: Frame, region: Region, rng: Rng) -> TemplateState:
         """Cut the template out of the upright box round the region.
 
+        Of a box that sticks out of the frame it is the part inside.
+
         Raises
         ------
         ValueError
-            When it does not fit into the frame, or holds a single colour.
+            When it is larger than the frame, lies outside it, or holds a single colour.
         """
         frame = checked_frame(frame)
         height, width = frame.shape[:2]
@@ -81,15 +88,18 @@ class TemplateMatching:
                 f"the region {in_words(region)} lies outside the image; "
                 "choose a box inside it"
             )
-        region = from_box((x + w / 2 - size[0] / 2, y + h / 2 - size[1] / 2, *size))
+        whole = np.array((x + w / 2 - size[0] / 2, y + h / 2 - size[1] / 2, *size))
+        beyond = _beyond(whole, frame.shape)
+        region = from_box(whole - beyond)
         centre = float(region[0]), float(region[1])
-        template = cv2.getRectSubPix(frame, size, centre)
+        sides = round(2 * region[HX]), round(2 * region[HY])
+        template = cv2.getRectSubPix(frame, sides, centre)
         if not template.std((0, 1)).any():  # OpenCV finds such a one everywhere
             raise ValueError(
                 f"the region {in_words(region)} is of one colour, which correlates "
                 "with nothing; choose a box with some pattern in it"
             )
-        return TemplateState(template, region)
+        return TemplateState(template, region, beyond)
 
     def step(
         self, state: TemplateState, frame: Frame, rng: Rng
@@ -115,7 +125,8 @@ class TemplateMatching:
         h, w = template.shape[:2]
         region = from_box((columns.start + x, rows.start + y, w, h))
         d = np.sqrt(1 - min(max(best, 0.0), 1.0))
-        info = report(region, d, d > self.lost_above, likeness.size)
+        whole = from_box(to_box(region) + state.beyond)
+        info = report(whole, d, d > self.lost_above, likeness.size)
         return state._replace(region=region), info
 
     def window(
@@ -135,3 +146,14 @@ class TemplateMatching:
         first = round(np.clip(low - self.reach * side, 0, full - side))
         last = round(np.clip(low + (1 + self.reach) * side, side, full))
         return slice(first, max(last, first + side))
+
+
+def _beyond(box: Array, shape: tuple[int, ...]) -> Array:
+    """What to add to the part of a box inside an image, to have the box: (4,) [px].
+
+    Whole pixels, and 0 where it lies inside; at least a pixel of the box is left.
+    """
+    corner, size = box[:2], box[2:]
+    before = np.clip(np.rint(-corner), 0, size - 1)
+    behind = np.clip(np.rint(corner + size - shape[1::-1]), 0, size - 1)
+    return np.concatenate([-before, before + behind])

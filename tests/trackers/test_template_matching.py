@@ -32,6 +32,28 @@ def sliding(places, size=SIZE, seed=0):
 
 
 @pytest.mark.parametrize("search", ["local", "global"])
+@pytest.mark.parametrize(
+    "place, step",
+    [
+        ((-12, 50), (3, 5)),
+        ((60, -7), (3, 5)),
+        ((142, 50), (-3, 5)),
+        ((-12.4, 110.3), (3, -5)),
+    ],
+)
+def test_of_a_box_that_sticks_out_the_part_inside_is_looked_for(search, place, step):
+    """What lies outside had been the border again and again, which is nowhere else."""
+    clip = sliding([(0, 0)] * 3, size=(160, 120))
+    first = clip.frames[0]
+    clip = replace(clip, frames=[first, first, np.roll(first, step, (1, 0))])
+    box = from_box((*place, *SIZE))
+    found = track(TemplateMatching(search), clip, start=box)
+    np.testing.assert_allclose(found.regions[1], box, atol=0.5)
+    np.testing.assert_allclose(found.regions[2], box + (*step, 0, 0, 0), atol=0.5)
+    assert not found.lost.any()
+
+
+@pytest.mark.parametrize("search", ["local", "global"])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_rigid_target_is_found_exactly(search, seed):
     steps = np.random.default_rng(seed).integers(-8, 9, (12, 2))
