@@ -351,8 +351,8 @@ def track(
     if unknown := sorted(kept - set(LARGE)):
         raise ValueError(f"keep has {unknown[0]!r}; it takes {', '.join(LARGE)}")
     left_out = set(LARGE) - kept
-    infos = [
-        {name: value for name, value in info.items() if name not in left_out}
+    infos = [  # copies, because a tracker may go on in arrays that it has handed out
+        {name: _own(value) for name, value in info.items() if name not in left_out}
         for info in follow(tracker, clip, seed, start, progress)
     ]
     columns = {name: _column(name, infos) for name in dict.fromkeys(chain(*infos))}

@@ -347,3 +347,21 @@ def test_a_tracker_that_changes_its_start_does_not_change_the_track():
     found = track(Pushing(), clip).regions
     np.testing.assert_array_equal(found[0], clip.truth[0])
     np.testing.assert_array_equal(found[1], clip.truth[0] + [9, 9, 0, 0, 0])
+
+
+class Lending:
+    """A tracker whose info, its own dict, has the arrays in which it goes on."""
+
+    def init(self, frame, region, rng):
+        return region
+
+    def step(self, state, frame, rng):
+        state += 1
+        info = {"region": state, "score": 1.0, "lost": False, "mine": state}
+        return state, info | {"particles": state[None], "model": state}
+
+
+def test_what_is_kept_of_a_frame_is_that_of_this_frame():
+    told = track(Lending(), clip(), keep=LARGE)
+    for column in (told.info["model"], told.info["mine"], told.info["particles"][:, 0]):
+        np.testing.assert_array_equal(column[1:], told.regions[1:])
