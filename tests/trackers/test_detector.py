@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mkt.regions import to_box
 from mkt.scenes.layers import Layer
 from mkt.scenes.paths import standing
 from mkt.trackers.detector import moving
@@ -68,3 +69,27 @@ def test_specks_are_removed_and_parts_of_one_object_are_joined():
 def test_what_has_just_the_smallest_area_is_no_noise():
     frames = blots((20, 20, 30, 24))  # 720 px^2, of which four corners are closed away
     assert [len(moving(frames, area)) for area in (716, 717)] == [1, 0]
+
+
+def moved(step, frames):
+    """A square of 20 px that goes to the right, and its box in the last frame."""
+    places = [10 + step * k for k in range(frames)]
+    shown = [blots(frames=1)[0] for _ in places]
+    shown = [np.tile(frame, (1, 3, 1)) for frame in shown]
+    for frame, x in zip(shown, places, strict=True):
+        frame[40:60, x : x + 20] = 250
+    return shown, [places[-1], 40, 20, 20]
+
+
+@pytest.mark.parametrize("step, frames", [(25, n) for n in range(3, 13)] + [(4, 30)])
+def test_where_it_stood_first_nothing_is_found(step, frames):
+    shown, box = moved(step, frames)
+    np.testing.assert_allclose(to_box(moving(shown)), [box], atol=1)
+
+
+def test_what_is_slower_than_the_text_says_is_background_in_part_or_whole():
+    shown, (x, *_) = moved(2, 30)
+    (half,) = to_box(moving(shown))
+    np.testing.assert_allclose(half, (x + 10, 40, 10, 20), atol=1)
+    np.testing.assert_allclose(to_box(moving(shown[::2])), [[66, 40, 20, 20]], atol=1)
+    assert not len(moving(moved(1, 30)[0]))
