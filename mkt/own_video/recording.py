@@ -23,7 +23,7 @@ from mkt.own_video.overlay import annotated, pixel_grid
 from mkt.own_video.settings import Settings
 from mkt.own_video.typed_box import in_words
 from mkt.sequences.quiet import quiet
-from mkt.sequences.tracks import COLUMNS, mot_row, row
+from mkt.sequences.tracks import COLUMNS, rows_of
 from mkt.sequences.video import VideoFile
 from mkt.sequences.writing import CODECS, rates, video_writer
 from mkt.tracking import Info, Sequence, Tracker, follow
@@ -242,11 +242,8 @@ class Recorder:
             )
         picture = annotated(frame, info, f"{k} {self._title}") if self._film else frame
         with in_one_piece():
-            if not (self._mot and info["lost"]):
-                with self._named():
-                    self._table.writerow(
-                        mot_row(k, info) if self._mot else row(k, info)
-                    )
+            with self._named():
+                self._table.writerows(rows_of(k, info, self._mot))
             self.done += 1
             if self._film:
                 self._film.write(picture[..., ::-1])

@@ -55,6 +55,17 @@ def mot_row(k: int, info: Info) -> list[Any]:
     return [k + mot.FIRST, TARGET, *numbers, f"{info['score']:.4g}", -1, -1, -1]
 
 
+def rows_of(k: int, info: Info, as_mot: bool) -> list[list[Any]]:
+    """The rows for frame k: `row`, or `mot_row`.
+
+    MOT has none where the target is said to be lost, or to be nowhere.
+    """
+    if not as_mot:
+        return [row(k, info)]
+    found = not info["lost"] and np.isfinite(info["region"]).all()
+    return [mot_row(k, info)] if found else []
+
+
 def write(track: Track, path: str | os.PathLike, first: int = 0) -> None:
     """Write a track: as MOT's rows where the name ends in .txt, else as a table.
 
@@ -78,10 +89,9 @@ def write(track: Track, path: str | os.PathLike, first: int = 0) -> None:
         for region, score, lost in zip(*track[:3], strict=True)
     ]
     as_mot = path.suffix.lower() == ".txt"
+    begin = first if as_mot else 0
     rows = [
-        mot_row(first + k, info) if as_mot else row(k, info)
-        for k, info in enumerate(infos)
-        if not as_mot or (not info["lost"] and np.isfinite(info["region"]).all())
+        line for k, info in enumerate(infos, begin) for line in rows_of(k, info, as_mot)
     ]
     with whole(path) as half, half.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(

@@ -482,13 +482,13 @@ def test_a_program_may_write_film_and_table_at_home(tmp_path, monkeypatch):
 def test_nothing_is_accumulated(tmp_path, monkeypatch):
     tracker = Still()
     alive = []
-    row = recording.row
+    rows_of = recording.rows_of
 
-    def counting(k, info):
+    def counting(*told):
         alive.append(sum(reference() is not None for reference in tracker.made))
-        return row(k, info)
+        return rows_of(*told)
 
-    monkeypatch.setattr(recording, "row", counting)
+    monkeypatch.setattr(recording, "rows_of", counting)
     assert record(tracker, 60, tmp_path / "x.avi") == 60
     gc.collect()
     assert len(tracker.made) == 59
@@ -556,6 +556,27 @@ def test_a_table_alone_says_what_the_one_beside_a_film_says(
     assert mot.shape == (LENGTH, 10) and mot[:, 0].tolist() == [*range(1, LENGTH + 1)]
     boxes = to_box(regions_in(rows))
     assert np.allclose(mot[:, 2:6], boxes + [1, 1, 0, 0], atol=2e-3)
+
+
+@dataclass
+class Absent:
+    """A tracker that finds its target nowhere in every second frame."""
+
+    def init(self, frame, region, rng):
+        return region, 1
+
+    def step(self, state, frame, rng):
+        region, k = state
+        found = region if k % 2 else np.full(5, np.nan)
+        return (region, k + 1), {"region": found, "score": 1.0, "lost": False}
+
+
+@pytest.mark.parametrize("ending, rows", [(".csv", 6), (".txt", 4)])
+def test_mot_s_rows_leave_out_a_target_that_is_nowhere(tmp_path, ending, rows):
+    record(Absent(), 6, tmp_path / f"x{ending}")
+    text = (tmp_path / f"x{ending}").read_text()
+    assert len(text.splitlines()) == rows + (ending == ".csv")
+    assert ("nan" in text) == (ending == ".csv")
 
 
 def test_a_part_is_tracked_by_the_numbers_of_its_frames(file, clip, tmp_path):
