@@ -124,10 +124,22 @@ class Sequence:
         return len(self.frames)
 
     def part(self, chosen: slice) -> "Sequence":
-        """Some of its frames, with what is known about the target in them."""
+        """Some of its frames, with what is known about the target in them.
+
+        Of every k-th frame there are so many less a second.
+
+        Raises
+        ------
+        ValueError
+            For what is no slice.
+        """
+        of_kind(chosen, slice, "chosen", "give a slice, such as slice(10, 50)")
+        # No float is beyond 1e308, and no step beyond the length makes a difference.
+        every = min(abs(chosen.step or 1), max(len(self), 1))
         frames, truth = self.frames[chosen], self.truth[chosen]
         visibility = self.visibility[chosen]
-        return replace(self, frames=frames, truth=truth, visibility=visibility)
+        fps = self.fps / every
+        return replace(self, frames=frames, truth=truth, visibility=visibility, fps=fps)
 
 
 def _check_shape(name: str, found: Any, wanted: tuple[int, ...]) -> None:

@@ -365,3 +365,24 @@ def test_what_is_kept_of_a_frame_is_that_of_this_frame():
     told = track(Lending(), clip(), keep=LARGE)
     for column in (told.info["model"], told.info["mine"], told.info["particles"][:, 0]):
         np.testing.assert_array_equal(column[1:], told.regions[1:])
+
+
+@pytest.mark.parametrize(
+    "chosen, fps",
+    [
+        (slice(1, 5), 25),
+        (slice(None, None, 2), 12.5),
+        (slice(None, None, -1), 25),
+        (slice(0, 3, 10**400), 25 / LENGTH),
+    ],
+)
+def test_of_every_second_frame_there_are_half_as_many_a_second(chosen, fps):
+    assert clip().part(chosen).fps == pytest.approx(fps)
+    assert not len(clip(0).part(slice(0, 0, 4)))
+
+
+@pytest.mark.parametrize("chosen", [3, [0, 2]])
+def test_a_part_is_a_slice(chosen):
+    said = rf"chosen is of the type {type(chosen).__name__}; give a slice"
+    with pytest.raises(ValueError, match=said):
+        clip().part(chosen)

@@ -118,11 +118,10 @@ class Settings:
             When the box is not in it, or it has no such frames.
         """
         clip = truth_formats.video(self.video)
-        fps = clip.fps / min(self.every, len(clip))  # no float is beyond 1e308
         part = clip.part(chosen_frames(clip, self.first, self.last, self.every))
         truth = part.truth.copy()
         truth[0] = region_of(self.box, part.frames[0])
-        return replace(part, truth=truth, fps=fps)
+        return replace(part, truth=truth)
 
     def save(self, path: Path) -> None:
         """Write the settings as JSON, with the versions that have just been used.
