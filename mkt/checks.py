@@ -26,6 +26,15 @@ def of_kind(value: Any, kind: type, name: str, remedy: str) -> None:
         raise ValueError(f"{name} is of the type {type(value).__name__}; {remedy}")
 
 
+def of_frames(value: Any) -> None:
+    """Refuse frames without a length or an index, such as those of a generator."""
+    if not (hasattr(value, "__len__") and hasattr(value, "__getitem__")):
+        raise ValueError(
+            f"frames is of the type {type(value).__name__}; give a list, an array "
+            "(T, H, W, 3), or whatever has a length and an index"
+        )
+
+
 def one_of(specification: Any, **known: Collection[str]) -> None:
     """Refuse a field whose value is not a known one.
 

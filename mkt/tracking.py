@@ -19,7 +19,15 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from mkt.checks import check_seed, checked_region, finite, in_words, of_kind, positive
+from mkt.checks import (
+    check_seed,
+    checked_region,
+    finite,
+    in_words,
+    of_frames,
+    of_kind,
+    positive,
+)
 from mkt.regions import HX
 from mkt.types import Array, ArrayLike, Frame, NDArray, Region, Regions, Rng
 
@@ -91,8 +99,9 @@ class Sequence:
     Raises
     ------
     ValueError
-        Where truth or visibility does not fit the frames, a true region has no area, a
-        visibility is no share, or the rate of frames is none.
+        For frames without a length or an index; where truth or visibility does not fit
+        them, a true region has no area or is infinite, a visibility is no share, or the
+        rate of frames is none.
     """
 
     name: str
@@ -104,6 +113,7 @@ class Sequence:
     fps: float = 25.0
 
     def __post_init__(self):
+        of_frames(self.frames)
         _check_shape("truth", self.truth, (len(self), 5))
         _check_shape("visibility", self.visibility, (len(self),))
         empty = np.flatnonzero((self.truth[:, HX:] <= 0).any(1))  # NaN is not
@@ -111,6 +121,12 @@ class Sequence:
             raise ValueError(
                 f"truth has a region without area in frame {empty[0]}; give half axes "
                 "above 0, or NaN where the target is hidden or nothing is known"
+            )
+        infinite = np.flatnonzero(np.isinf(self.truth).any(1))
+        if len(infinite):
+            raise ValueError(
+                f"truth is infinite in frame {infinite[0]}; give NaN where nothing is "
+                "known"
             )
         positive(self, "fps")
         beyond = (self.visibility < 0) | (self.visibility > 1)  # NaN is not
@@ -145,6 +161,8 @@ class Sequence:
 def _check_shape(name: str, found: Any, wanted: tuple[int, ...]) -> None:
     """Refuse what is no array of numbers of the shape that the frames ask for."""
     of_kind(found, np.ndarray, name, f"give an array of the shape {wanted}")
+    if isinstance(found, np.ma.MaskedArray):  # whose mask many functions drop
+        raise ValueError(f"{name} is masked; give NaN where nothing is known")
     if found.dtype.kind not in "biuf":
         raise ValueError(f"{name} holds {found.dtype}; give numbers")
     if found.shape != wanted:

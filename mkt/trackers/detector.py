@@ -13,7 +13,7 @@ from itertools import chain, islice
 import cv2
 import numpy as np
 
-from mkt.checks import checked_frame
+from mkt.checks import checked_frame, of_frames
 from mkt.regions import from_box
 from mkt.types import Frame, Regions
 
@@ -46,9 +46,10 @@ def moving(frames: Sequence[Frame], smallest: int = 100) -> Regions:
     Raises
     ------
     ValueError
-        For fewer than two frames, for what is no frame, and for frames of several
-        sizes.
+        For fewer than two frames, frames without a length, what is no frame, and frames
+        of several sizes.
     """
+    of_frames(frames)
     if len(frames) < 2:
         raise ValueError(f"{len(frames)} frames show no motion; give at least two")
     if others := {checked_frame(frame).shape for frame in frames} - {frames[0].shape}:

@@ -41,6 +41,7 @@ def test_what_moves_is_listed_the_largest_first():
     [
         ([np.zeros((9, 9, 3))] * 2, "a frame must be .* uint8 RGB"),
         (["a.png", "b.png"], "a frame must be"),
+        (iter([]), "frames is of the type list_iterator; give a list"),
         (
             [np.zeros((9, 9, 3), np.uint8), np.zeros((8, 9, 3), np.uint8)],
             r"shapes \(9, 9, 3\) and \(8, 9, 3\); give frames of one camera",
