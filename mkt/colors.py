@@ -159,6 +159,40 @@ class Bins(Protocol):
         ...
 
 
+def binned(bins: Bins, frame: Frame) -> BinImage:
+    """The bins of a frame, which lie in it as their image says.
+
+    Parameters
+    ----------
+    bins : Bins
+    frame : (H, W, 3) uint8 array, RGB
+
+    Raises
+    ------
+    ValueError
+        For bins that make no `BinImage`, one on a smaller scale whose pitch does not
+        say so, or one whose rows are the frame's columns; and what the bins refuse.
+    """
+    image = bins(frame)
+    of_kind(image, BinImage, f"what {bins} makes", "return a BinImage")
+    sides = np.shape(frame)[:2]
+    if (image.shape, image.pitch) != (sides, 1) and not any(image.origin):
+        _check_scale(image, sides, bins)
+    return image
+
+
+def _check_scale(image: BinImage, sides: tuple[int, ...], bins: Bins) -> None:
+    (h, w), (height, width) = image.shape, sides
+    scale = round(height / h)
+    whole = abs(scale * h - height) < scale and abs(scale * w - width) < scale
+    if (whole and scale != image.pitch) or (h, w) == (width, height):
+        raise ValueError(
+            f"{bins} makes an image of {w}x{h} px of a frame of {width}x{height} px, "
+            f"with the pitch {image.pitch}; return it rows first, with the pitch "
+            "at which its pixels lie in the frame"
+        )
+
+
 def of_bins(value: Any) -> None:
     """Refuse bins that make no bin image, such as the name of a colour space."""
     if not callable(value) or isinstance(value, type):

@@ -16,7 +16,7 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import checked_region, in_words
-from mkt.colors import BinImage, Bins, ColorBins, of_bins
+from mkt.colors import BinImage, Bins, ColorBins, binned, of_bins
 from mkt.histograms import coefficient
 from mkt.particles import (
     EllipseMotion,
@@ -174,7 +174,7 @@ class Adaptive:
         ValueError
             Where that lies outside the image.
         """
-        return self._learnt(self.bins(frame), upright(region))
+        return self._learnt(binned(self.bins, frame), upright(region))
 
     def _learnt(self, image: BinImage, region: Region) -> Model:
         q = self.disc.histograms(image, region[None])[0]
@@ -188,7 +188,7 @@ class Adaptive:
     def init(self, frame: Frame, region: Region, rng: Rng) -> AdaptiveState:
         """Start where a user or a detector says: learn the model, spread particles."""
         region = upright(region)
-        image = self.bins(frame)
+        image = binned(self.bins, frame)
         model = self._learnt(image, region)
         half_axes = model.half_axes
         around = background(self.disc, image, half_axes, without=region)
@@ -206,7 +206,7 @@ class Adaptive:
         model : Model
         rng : numpy.random.Generator
         """
-        around = background(self.disc, self.bins(frame), model.half_axes)
+        around = background(self.disc, binned(self.bins, frame), model.half_axes)
         particles = self.place(model, frame.shape, rng)
         region = as_regions(particles).mean(0)
         return self._begun(model, particles, around, region, INITIALISING)
@@ -222,7 +222,7 @@ class Adaptive:
         self, state: AdaptiveState, frame: Frame, rng: Rng
     ) -> tuple[AdaptiveState, Info]:
         """One frame in the mode of the state; "lost" while initialising."""
-        image = self.bins(frame)
+        image = binned(self.bins, frame)
         if state.mode == TRACKING:
             chosen = self.select(state, rng)
             particles = self.propagate(chosen, state.model, rng)

@@ -13,8 +13,8 @@ from math import ceil
 import cv2
 import numpy as np
 
-from mkt.checks import checked_frame, of_kind
-from mkt.colors import BinImage, Bins
+from mkt.checks import checked_frame
+from mkt.colors import BinImage, Bins, binned
 from mkt.kernels import Kernels
 from mkt.regions import size
 from mkt.trackers.gains import relit
@@ -55,11 +55,10 @@ def close_up(
     Raises
     ------
     ValueError
-        For an array that is not a frame, and bins that make no `BinImage`.
+        For an array that is not a frame, and what `mkt.colors.binned` refuses.
     """
     part, (x, y) = cut_out(frame, *_surroundings(regions, pitch), pitch)
-    image = bins(relit(part, gains))
-    of_kind(image, BinImage, f"what {bins} makes", "return a BinImage")
+    image = binned(bins, relit(part, gains))
     inner_x, inner_y = image.origin  # of bins of one's own, on a scale of their own
     origin = x + pitch * inner_x, y + pitch * inner_y
     return replace(image, origin=origin, pitch=pitch * image.pitch)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from mkt import checks
+from mkt.colors import binned
 from mkt.particles import covariance
 from mkt.trackers.particle_filter import FilterState, ParticleFilter
 from mkt.trackers.ssd import SSD, SSDState
@@ -69,13 +70,13 @@ class Combined:
 
         The correction is not fed back to the particles.
         """
-        image = self.filter.bins(frame)
+        image = binned(self.filter.bins, frame)
         filter_state, info = self.filter.advance(state.filter, image, rng)
         state = state._replace(filter=filter_state)
         if not self.optimises(info["distance"]):
             return state, info | {"steps": 0}
         if self.ssd.bins != self.filter.bins:
-            image = self.ssd.bins(frame)
+            image = binned(self.ssd.bins, frame)
         region, d, steps = self.ssd.refine(state.ssd, image, info["region"])
         spread = covariance(info["particles"], info["weights"], region)
         optimised = report(

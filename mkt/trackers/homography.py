@@ -31,7 +31,7 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import checked_region, locked
-from mkt.colors import BinImage, Bins, ColorBins, of_bins
+from mkt.colors import BinImage, Bins, ColorBins, binned, of_bins
 from mkt.histograms import Target, coefficient, learn
 from mkt.homographies import (
     GROUPS,
@@ -276,7 +276,7 @@ class PlaneSSD:
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> PlaneState:
         """Learn the reference for each pass, of an object that faces the camera."""
-        image = self.bins(frame)
+        image = binned(self.bins, frame)
         region = checked_region(region)
         targets = tuple(learn(image, region, kernels) for kernels in self.passes)
         first = of_regions(region)
@@ -286,7 +286,7 @@ class PlaneSSD:
         self, state: PlaneState, frame: Frame, rng: Rng
     ) -> tuple[PlaneState, Info]:
         """Minimise from the last estimate."""
-        image = self.bins(frame)
+        image = binned(self.bins, frame)
         homography, d, steps = self.refine(state, image, state.homography)
         lost = d > self.lost_above
         info = plane_report(state, homography, d, lost, steps, steps=steps)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mkt import checks
+from mkt.colors import binned
 from mkt.histograms import Target, distance, learn, log_likelihood
 from mkt.homographies import as_region, moved
 from mkt.kernels import Kernels, of_kernels
@@ -86,14 +87,14 @@ class PlaneCombined:
     def init(self, frame: Frame, region: Region, rng: Rng) -> PlaneCombinedState:
         """Both learn the same region."""
         state = self.ssd.init(frame, region, rng)
-        target = learn(self.ssd.bins(frame), region, self.kernels)
+        target = learn(binned(self.ssd.bins, frame), region, self.kernels)
         return PlaneCombinedState(state, target, np.zeros((self.n, len(self.spread))))
 
     def step(
         self, state: PlaneCombinedState, frame: Frame, rng: Rng
     ) -> tuple[PlaneCombinedState, Info]:
         """Scatter, weigh, estimate; refine where the target is seen; draw."""
-        image = self.ssd.bins(frame)
+        image = binned(self.ssd.bins, frame)
         ssd, target, offsets = state
         half_sides = target.kernels.half_sides
         offsets = offsets + self.spread * rng.standard_normal(offsets.shape)

@@ -35,7 +35,7 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import checked_region
-from mkt.colors import BinImage, Bins, ColorBins, of_bins
+from mkt.colors import BinImage, Bins, ColorBins, binned, of_bins
 from mkt.histograms import (
     Target,
     coefficient,
@@ -181,7 +181,7 @@ class HybridResampling:
     def init(self, frame: Frame, region: Region, rng: Rng) -> HybridState:
         """Learn the reference in the region's upright box, and scatter particles."""
         region = from_box(to_box(checked_region(region)))
-        target = learn(self.bins(frame), region, self.kernels)
+        target = learn(binned(self.bins, frame), region, self.kernels)
         regions = self.motion.scatter(region, self.n, rng).regions
         still = np.zeros(2)
         weights = self._equal_weights()
@@ -191,7 +191,7 @@ class HybridResampling:
         self, state: HybridState, frame: Frame, rng: Rng
     ) -> tuple[HybridState, Info]:
         """Predict, weigh, accept; then wait for the target, or estimate and learn."""
-        image = self.bins(frame)
+        image = binned(self.bins, frame)
         predicted = self.predict(state, frame.shape[:2], rng)
         likelihoods = self.likelihoods(state.target, image, predicted)
         regions, weights, likelihoods = self.accepted(

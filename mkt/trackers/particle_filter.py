@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from mkt import checks
-from mkt.colors import BinImage, Bins, ColorBins, of_bins
+from mkt.colors import BinImage, Bins, ColorBins, binned, of_bins
 from mkt.histograms import Target, learn, log_likelihood
 from mkt.kernels import Kernels, of_kernels
 from mkt.particles import (
@@ -85,14 +85,14 @@ class ParticleFilter:
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> FilterState:
         """Learn the reference and scatter particles round it."""
-        target = learn(self.bins(frame), region, self.kernels)
+        target = learn(binned(self.bins, frame), region, self.kernels)
         return FilterState(target, self.motion.scatter(region, self.n, rng))
 
     def step(
         self, state: FilterState, frame: Frame, rng: Rng
     ) -> tuple[FilterState, Info]:
         """Predict, weigh, estimate, draw."""
-        return self.advance(state, self.bins(frame), rng)
+        return self.advance(state, binned(self.bins, frame), rng)
 
     def advance(
         self, state: FilterState, image: BinImage, rng: Rng

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from mkt import checks
 from mkt.checks import checked_frame
+from mkt.colors import binned
 from mkt.histograms import learn
 from mkt.silhouettes import SHAPES, masked
 from mkt.trackers.particle_filter import FilterState, ParticleFilter
@@ -41,5 +42,5 @@ class Shaped(ParticleFilter):
         """Learn the shape, then the reference, and scatter particles."""
         frame = checked_frame(frame)
         kernels = masked(self.kernels, SHAPES[self.shape](frame, region))
-        target = learn(self.bins(frame), region, kernels)
+        target = learn(binned(self.bins, frame), region, kernels)
         return FilterState(target, self.motion.scatter(region, self.n, rng))

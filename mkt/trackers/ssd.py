@@ -11,7 +11,7 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import checked_region
-from mkt.colors import BinImage, Bins, ColorBins, of_bins
+from mkt.colors import BinImage, Bins, ColorBins, binned, of_bins
 from mkt.histograms import Target, learn
 from mkt.kernels import Kernels, of_kernels
 from mkt.trackers.newton import distance_at, minimise
@@ -93,7 +93,7 @@ class SSD:
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> SSDState:
         """Learn the reference at every span."""
-        image = self.bins(frame)
+        image = binned(self.bins, frame)
         region = checked_region(region)
         own = self.kernels.span
         kernels = [replace(self.kernels, span=span * own) for span in self.spans]
@@ -102,7 +102,7 @@ class SSD:
 
     def step(self, state: SSDState, frame: Frame, rng: Rng) -> tuple[SSDState, Info]:
         """Minimise from the last estimate."""
-        region, d, steps = self.refine(state, self.bins(frame), state.region)
+        region, d, steps = self.refine(state, binned(self.bins, frame), state.region)
         info = report(region, d, d > self.lost_above, steps, steps=steps)
         return state._replace(region=region), info
 

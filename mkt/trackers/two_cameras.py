@@ -18,6 +18,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from mkt.colors import binned
 from mkt.histograms import log_likelihood
 from mkt.particles import Particles, mean_region, normalised
 from mkt.trackers.particle_filter import FilterState, ParticleFilter
@@ -127,7 +128,7 @@ class TwoCameras:
     def _look(self, k: int, state: FilterState, frame: Frame, rng: Rng) -> "_Look":
         """What a camera sees by itself, and says of it; nothing where it is lost."""
         pf, target = self.filter, state.target
-        image = pf.bins(frame)
+        image = binned(pf.bins, frame)
         cloud = pf.motion.predict(state.particles, rng)
         rho = target.coefficients(image, cloud.regions)
         logs = log_likelihood(rho, pf.lam, pf.combine)

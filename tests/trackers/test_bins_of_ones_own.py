@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from mkt.colors import BinImage, ColorBins, Joined
+from mkt.colors import BinImage, ColorBins, Joined, binned
 from mkt.evaluation import overlap
 from mkt.scenes import SCENES
 from mkt.trackers.appearance import background
@@ -123,3 +123,33 @@ def test_what_makes_no_bin_image_is_named_in_a_close_up_too(clip):
     tracker = replace(TRACKERS["guided"], bins=Numbers())
     with pytest.raises(ValueError, match="ndarray; return a BinImage"):
         tracker.init(clip.frames[0], clip.truth[0], np.random.default_rng(0))
+
+
+@dataclass(frozen=True)
+class Grey:
+    """Sixteen greys of every k-th pixel, as they may be laid wrongly into a frame."""
+
+    step: int = 1
+    pitch: int = 1
+    turned: bool = False
+    m: int = 16
+
+    def __call__(self, frame):
+        """The bins."""
+        labels = frame[:: self.step, :: self.step, 1] // 16
+        return BinImage(labels.T if self.turned else labels, self.m, pitch=self.pitch)
+
+
+@pytest.mark.parametrize("name", ["ssd", "guided", "pf-500", "adaptive", "pfhr"])
+@pytest.mark.parametrize("bins", [Grey(2), Grey(3), Grey(1, 2), Grey(turned=True)])
+def test_an_image_on_another_scale_than_it_says_is_refused(bins, name, clip):
+    tracker = replace(TRACKERS[name], bins=bins)
+    with pytest.raises(ValueError, match=r"makes an image .* of a frame .*the pitch"):
+        tracker.init(clip.frames[0], clip.truth[0], np.random.default_rng(0))
+
+
+def test_an_image_may_be_on_another_scale_or_of_a_part():
+    frame = np.zeros((61, 80, 3), np.uint8)
+    for bins in (Grey(), Grey(2, 2), Grey(3, 3)):
+        assert binned(bins, frame).pitch == bins.pitch
+    assert binned(lambda frame: ColorBins()(frame[:50]), frame).shape == (50, 80)
