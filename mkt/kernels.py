@@ -166,8 +166,9 @@ class Kernels:
         weights = self.weigh(points * self.half_sides)
         if not weights.any(1).all():
             raise ValueError(
-                f"a kernel covers no sample of an object of aspect {aspect:g}: "
-                f"raise span ({self.span:g}) or samples ({self.samples}), "
+                f"a kernel covers no sample of an object of aspect {aspect:g}: raise "
+                f"the span ({self.span:g}) or the samples ({self.samples}) of the "
+                f"{self.layout} kernels, take fewer kernels, as the tracker pf-1 does, "
                 "or choose a less narrow region"
             )
         order = _interleaved(weights)
