@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
+from mkt.checks import MOST, is_whole
 from mkt.experiments.dependencies import own_scenes
 from mkt.scenes import SCENES
 
@@ -27,14 +28,24 @@ def spread(
     function : callable
     arguments : iterable of tuple
     processes : int
-        At once; -1 for as many as there are cores.
+        At once; -1 for as many as there are cores, -2 for one less, and so on.
     in_order : bool
         Whether a result waits for those of the tuples before.
 
     Yields
     ------
     object
+
+    Raises
+    ------
+    ValueError
+        For another number of processes.
     """
+    if not is_whole(processes, -MOST) or processes == 0:
+        raise ValueError(
+            f"processes is {processes!r}; give how many at once, or -1 for as many as "
+            "there are cores"
+        )
     # Not above: it sets a variable of the environment when it is imported.
     from joblib import Parallel, delayed
 

@@ -237,7 +237,8 @@ def sweep(
     Raises
     ------
     ValueError
-        For a parameter that has the name of another column.
+        For a parameter that has the name of another column, or that no tracker has; and
+        for another number of processes.
     DataError
         For a source that cannot be read to its end; rows of the others are kept first.
     """
@@ -248,6 +249,7 @@ def sweep(
             f"parameters has {taken[0]!r}, a column that every sweep has; leave it "
             "out, and let the labels of the trackers say it"
         )
+    _check_parameters(jobs, names)
     rows, broken = rows_of(jobs, processes)
     for error in broken.values():
         raise error
@@ -292,12 +294,30 @@ def rows_of(
     return rows, broken
 
 
+def _check_parameters(jobs: list[Job], names: list[str]) -> None:
+    """Refuse a name, such as a misspelt one, that no tracker has for a field."""
+    for name in names:
+        if jobs and not any(_has(job, name) for job in jobs):
+            tracker = jobs[0].tracker
+            known = ", ".join(getattr(tracker, "__dataclass_fields__", ()))
+            raise ValueError(
+                f"parameters has {name!r}, a field that no tracker has; "
+                f"{type(tracker).__name__} has {known or 'none'}"
+            )
+
+
 def _parameter(job: Job, name: str) -> Any:
     """A field of a job's tracker, NaN where it has none of that dotted name."""
+    return attrgetter(name)(job.tracker) if _has(job, name) else np.nan
+
+
+def _has(job: Job, name: str) -> bool:
+    """Whether a job's tracker has a field of that dotted name."""
     try:
-        return attrgetter(name)(job.tracker)
+        attrgetter(name)(job.tracker)
     except AttributeError:
-        return np.nan
+        return False
+    return True
 
 
 def _groups(

@@ -471,6 +471,20 @@ def test_parameters_are_columns_nan_where_a_tracker_has_none(done, kept):
     assert np.isnan(rows["iterations"][0]) and rows["iterations"][1] == 2
 
 
+def test_a_parameter_that_no_tracker_has_is_refused():
+    both = jobs({"few": ParticleFilter(n=5), "ssd": TWO}, [Drawn("base")])
+    said = "parameters has 'nn', a field that no tracker has; ParticleFilter has n, "
+    with pytest.raises(ValueError, match=said):
+        sweep(both, processes=1, parameters=["n", "nn"])
+    assert not len(sweep([], processes=1, parameters="nn"))
+
+
+@pytest.mark.parametrize("processes", [0, 1.5, "two", None])
+def test_a_number_of_processes_that_is_none_is_refused(processes, kept):
+    with pytest.raises(ValueError, match=f"processes is {processes!r}; give how many"):
+        sweep(short_jobs(), processes)
+
+
 class CutOff(list):
     """Frames of which the third cannot be read."""
 
