@@ -18,7 +18,7 @@ Explained in notebook 01.
 
 import numpy as np
 
-from mkt.types import Array, ArrayLike, NDArray, Regions
+from mkt.types import Array, ArrayLike, NDArray, Region, Regions
 
 CX, CY, THETA, HX, HY = range(5)
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -43,6 +43,22 @@ def as_regions(regions: ArrayLike) -> Regions:
             f"not {regions.shape}"
         )
     return regions
+
+
+def as_one_region(region: ArrayLike) -> Region:
+    """One region (5,) as float64.
+
+    Raises
+    ------
+    ValueError
+        For any other shape.
+    """
+    region = np.asarray(region, float)
+    if region.shape != (5,):
+        raise ValueError(
+            f"region has the shape {region.shape}; give one, (cx, cy, theta, hx, hy)"
+        )
+    return region
 
 
 def rotation(theta: ArrayLike) -> Array:
@@ -291,10 +307,5 @@ def displaced(
         For a region of another shape, and arrays that do not broadcast.
     """
     dx, dy, dtheta, scale = np.broadcast_arrays(dx, dy, dtheta, scale)
-    region = np.asarray(region, float)
-    if region.shape != (5,):
-        raise ValueError(
-            f"region has the shape {region.shape}; give one, (cx, cy, theta, hx, hy)"
-        )
-    cx, cy, theta, hx, hy = region
+    cx, cy, theta, hx, hy = as_one_region(region)
     return np.stack([cx + dx, cy + dy, theta + dtheta, hx * scale, hy * scale], -1)

@@ -14,8 +14,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mkt.checks import in_a_tuple, is_number, is_whole, locked, positive, require
-from mkt.regions import HX, HY
+from mkt.checks import (
+    in_a_tuple,
+    in_words,
+    is_number,
+    is_whole,
+    locked,
+    positive,
+    require,
+)
+from mkt.regions import HX, HY, as_one_region
 from mkt.servoing import law
 from mkt.servoing.features import PERIODS, Camera, error, features, interaction_matrix
 from mkt.servoing.self_motion import Kalman, measured_self_motion
@@ -156,10 +164,13 @@ class Servo:
         Raises
         ------
         ValueError
-            For a region without area, unless it is lost; for a square one, where the
-            angle is alpha; and as `mkt.servoing.law.twist` does.
+            For more than one region; for one that is not finite or has no area, unless
+            it is lost; for a square one, where the angle is alpha; and as
+            `mkt.servoing.law.twist` does.
         """
         nothing = lost and not _has_area(region)
+        if not nothing:
+            _check_seen(region)
         s = _unknown() if nothing else features(region, self.camera, self.angle)
         e = error(s, self.goal, self.angle)
         if lost:
@@ -195,10 +206,19 @@ def _command(
     return Command(s, e.copy(), measured, filtered[0].copy(), v.copy(), held)
 
 
+def _check_seen(region: ArrayLike) -> None:
+    """Refuse what is not one finite region."""
+    if not np.isfinite(as_one_region(region)).all():
+        raise ValueError(
+            f"the region {in_words(region)} is not finite; pass lost=True where the "
+            "target was not found"
+        )
+
+
 def _has_area(region: ArrayLike) -> bool:
     """Whether a region (5,) is finite and has an area."""
     numbers = np.asarray(region, float)  # None is NaN
-    return bool(np.isfinite(numbers).all() and np.min(numbers[HX:]) > 0)
+    return bool(np.isfinite(numbers).all() and (numbers[..., HX:] > 0).all())
 
 
 def _is_gain(gain: law.Gain) -> bool:

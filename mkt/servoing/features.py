@@ -20,7 +20,17 @@ from functools import cached_property
 import numpy as np
 
 from mkt.checks import check_known, image_size, positive
-from mkt.regions import CX, CY, HX, HY, THETA, area, as_regions, wrap_angle
+from mkt.regions import (
+    CX,
+    CY,
+    HX,
+    HY,
+    THETA,
+    area,
+    as_one_region,
+    as_regions,
+    wrap_angle,
+)
 from mkt.types import Array, ArrayLike, Regions
 
 # The angle comes back after a whole turn if a tracker counted it, after half a turn if
@@ -176,10 +186,10 @@ def interaction_matrix(
     Raises
     ------
     ValueError
-        For a surface that is not positive, a region without area, another angle, and
-        the alpha of a square, which is not defined.
+        For a surface that is not positive, more than one region or one without area,
+        another angle, and the alpha of a square, which is not defined.
     """
-    x, y, theta, hx, hy = camera.normalised(region).tolist()
+    x, y, theta, hx, hy = camera.normalised(as_one_region(region)).tolist()
     w, h = 2 * hx, 2 * hy
     _check_rectangle(w, h, surface, angle)
     c2, s2 = math.cos(2 * theta), math.sin(2 * theta)

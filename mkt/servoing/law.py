@@ -18,7 +18,7 @@ import numpy as np
 
 from mkt import checks
 from mkt.checks import in_words, is_number
-from mkt.types import Array
+from mkt.types import Array, ArrayLike
 
 Gain = float | Callable[[Array], float]  # [1/s], a number or a function of the error
 
@@ -67,7 +67,7 @@ class AdaptiveGain:
 
 
 def twist(
-    e: Array, L: Array, gain: Gain, de_dt: Array | float = 0.0, dof: int = 6
+    e: ArrayLike, L: ArrayLike, gain: Gain, de_dt: ArrayLike = 0.0, dof: int = 6
 ) -> Array:
     """The camera's twist by the control law v = -gain L^+ e - L^+ de/dt, (17).
 
@@ -75,12 +75,12 @@ def twist(
 
     Parameters
     ----------
-    e : (n,) array
+    e : (n,) array_like
         The error of the features, of which there are no more than axes.
-    L : (n, 6) array
+    L : (n, 6) array_like
         Their interaction matrix, whose rows must be independent.
     gain : float [1/s] or AdaptiveGain
-    de_dt : (n,) array or float [1/s]
+    de_dt : (n,) array_like or float [1/s]
         The estimate of what the target does by itself.
     dof : int
         6, with the pseudo-inverse of minimum norm, which shares a motion along y
@@ -93,13 +93,14 @@ def twist(
     Raises
     ------
     ValueError
-        For another dof, for an L that does not fit, for anything that is not finite,
-        and where L is singular.
+        For another dof, for an L or a de_dt that does not fit, for anything that is not
+        finite, and where L is singular.
     """
     if dof not in list(AXES):
         raise ValueError(f"dof is {dof!r}; it must be 6, or 4 for vx, vy, vz, wz")
     axes = list(AXES[dof])
-    _check_fit(L, e, dof)
+    e, L, de_dt = (np.asarray(given, float) for given in (e, L, de_dt))
+    _check_fit(L, e, de_dt, dof)
     if not all(np.isfinite(given).all() for given in (e, L, de_dt)):
         raise ValueError(
             f"the error {in_words(e)}, its interaction matrix or its estimated rate "
@@ -123,12 +124,21 @@ def twist(
     return v
 
 
-def _check_fit(L: Array, e: Array, dof: int) -> None:
-    """Refuse an interaction matrix of other features, or of more than can be moved."""
-    if np.shape(L) != (*np.shape(e), 6):
+def _check_fit(L: Array, e: Array, de_dt: Array, dof: int) -> None:
+    """Refuse numbers of other features, or of more than can be moved."""
+    if e.ndim != 1:
         raise ValueError(
-            f"L has the shape {np.shape(L)}; for {np.size(e)} features it is "
-            f"{np.size(e), 6}, a row for each and a column for each axis of the twist"
+            f"e has the shape {e.shape}; give (n,), a number for each feature"
+        )
+    if de_dt.shape not in ((), e.shape):
+        raise ValueError(
+            f"de_dt has the shape {de_dt.shape}; give {e.shape}, a number for each "
+            "feature, or one for all"
+        )
+    if L.shape != (*e.shape, 6):
+        raise ValueError(
+            f"L has the shape {L.shape}; for {e.size} features it is "
+            f"{e.size, 6}, a row for each and a column for each axis of the twist"
         )
     if len(L) > dof:
         raise ValueError(

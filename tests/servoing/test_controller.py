@@ -74,8 +74,6 @@ def test_a_tracker_that_is_lost_need_not_give_a_region():
     np.testing.assert_array_equal(given[2].features, known)
     np.testing.assert_array_equal(nothing[2].twist, given[2].twist)
     assert np.isnan(Servo().step(Servo().init(), None, lost=True)[1].features).all()
-    with pytest.raises(ValueError, match="hence no features"):
-        Servo().step(Servo().init(), [np.nan] * 5)
 
 
 def test_a_target_without_area_is_refused():
@@ -146,3 +144,17 @@ def test_who_changes_a_command_does_not_change_the_state(lost):
     for part, was in zip((*state, *following), before, strict=True):
         if part is not None:
             np.testing.assert_array_equal(part, was)
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_a_step_takes_one_region(lost):
+    servo = Servo()
+    with pytest.raises(ValueError, match=r"region has the shape \(2, 5\); give one"):
+        servo.step(servo.init(), np.ones((2, 5)), lost)
+
+
+def test_of_a_region_that_was_not_found_the_step_is_told():
+    servo, nowhere = Servo(), np.full(5, np.nan)
+    with pytest.raises(ValueError, match="nan.* is not finite; pass lost=True where"):
+        servo.step(servo.init(), nowhere)
+    assert servo.step(servo.init(), nowhere, lost=True)[0].missed == 1

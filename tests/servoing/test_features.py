@@ -135,6 +135,7 @@ def test_the_alpha_of_a_square_is_the_direction_of_its_hx():
     [
         ("no area", lambda: features([0, 0, 0, 1, 0], UNIT)),
         ("no area", lambda: interaction_matrix([0, 0, 0, 1, 0], UNIT, 0.01)),
+        (r"shape \(2, 5\)", lambda: interaction_matrix(np.ones((2, 5)), UNIT, 1.0)),
         ("no area", lambda: features([0, 0, 0, -1, -1], UNIT)),
         ("no area", lambda: moments(np.zeros((4, 2)))),
         ("corners have the shape", lambda: moments([[0, 0], [1, 0], [1, 1]])),

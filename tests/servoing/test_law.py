@@ -54,6 +54,9 @@ FLAT = np.diag([1.0, 1, 1, 0]) @ np.eye(4, 6)
         ("dof", lambda: twist(np.ones(4), np.eye(4, 6), 1.0, dof=5)),
         (r"dof is \[6\]", lambda: twist(np.ones(4), L, 1.0, dof=[6])),
         ("near > far", lambda: AdaptiveGain(0.5, 1.0)),
+        (r"e has the shape \(4, 1\); give", lambda: twist(np.ones((4, 1)), L, 1.0)),
+        (r"de_dt .* \(3,\); give \(4,\)", lambda: twist([1] * 4, L, 1.0, [0] * 3)),
+        (r"de_dt .* \(4, 1\)", lambda: twist([1] * 4, L, 1.0, np.ones((4, 1)))),
     ],
 )
 def test_bad_input_is_named(problem, call):
@@ -111,6 +114,12 @@ def test_a_gain_that_does_not_fall_is_refused(near, far, slope, said):
 def test_a_gain_may_fall_slowly():
     gain, e = AdaptiveGain(2.0, 0.5, 0.25), np.array([0, 1e-6, 0, 0])
     assert (gain(0 * e) - gain(e)) / 1e-6 == pytest.approx(0.25, rel=1e-3)
+
+
+def test_lists_are_numbers_too():
+    e, de_dt = [0.1, -0.2, 0.05, 0.3], [0.1, 0, 0, 0]
+    arrays = (np.array(e), L, 2.0, np.array(de_dt))
+    np.testing.assert_array_equal(twist(e, L.tolist(), 2.0, de_dt), twist(*arrays))
 
 
 def test_a_target_stands_still_where_nothing_is_said_of_it():
