@@ -308,7 +308,11 @@ def test_seeds_are_asked_for_as_a_range(text, capsys):
 def test_what_is_kept_is_read_as_it_was_and_judged_the_same(tmp_path):
     rng = np.random.default_rng(0)
     flags = (rng.random(8) < 0.5).astype(float)
-    values = {"share": flags, "difference of shares": flags - flags[::-1]}
+    values = {
+        "share": flags,
+        "difference of shares": flags - flags[::-1],
+        "fraction": rng.random(8),
+    }
     parts = tuple(
         Part(f"{name}, <x>", values.get(name, rng.normal(1, 1, 8)), 0.0, k > 1, "px", s)
         for k, (name, s) in enumerate(STATISTICS.items())

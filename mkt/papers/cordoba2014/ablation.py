@@ -61,11 +61,10 @@ def ablation(fig: Figure, *, kind: str = "pillars") -> Shown:
     cells = rows.pivot(index="tracker", columns="seed", values="hits_of_all")
     names = list(variants())
     values = 100 * cells.loc[names, list(SEEDS)].to_numpy()
-    lost = np.array([interval(values[0] - each, MEAN) for each in values])
-    sure = [
-        False,
-        *(holm([_two_sided(values[0] - each) for each in values[1:]]) < 0.05),
-    ]
+    losses = [values[0] - each for each in values[1:]]
+    none = (0.0, 0.0, 0.0)  # of the whole against itself
+    lost = np.array([none, *(interval(each, MEAN) for each in losses)])
+    sure = [False, *(holm([_two_sided(each) for each in losses]) < 0.05)]
     ax = fig.add_axes((0.25, 0.1, 0.5, 0.8))
     _draw_bars(ax, names, values)
     for y, each in enumerate(lost):
