@@ -16,12 +16,13 @@ and is NaN in frames that are not scored.  Overlap and errors are explained in n
 02, the rest in notebook 14.
 """
 
+import reprlib
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 
-from mkt.checks import check_seed, of_kind
+from mkt.checks import are_finite, check_seed, of_kind
 from mkt.regions import HX, area, as_regions, corners, from_box, to_box, wrap_angle
 from mkt.tracking import Sequence, Track, Tracker, check_tracker, checked_step
 from mkt.types import Array, ArrayLike, NDArray
@@ -196,10 +197,13 @@ def true_positives(iou: ArrayLike, limit: float = HIT, hidden: bool = False) -> 
     Raises
     ------
     ValueError
-        For several limits, which `success` takes, and for one overlap alone.
+        For several limits, which `success` takes, for one that is not a finite number,
+        and for one overlap alone.
     """
     if np.ndim(limit):
         raise ValueError("limit is one number; `success` takes several")
+    if not are_finite(limit):
+        raise ValueError(f"limit is {limit!r}; give a number from 0 to 1")
     iou = np.asarray(iou, float)
     if not iou.ndim:
         raise ValueError(f"iou is {iou}; give the overlap of every frame, as a series")
@@ -224,7 +228,17 @@ def success(iou: ArrayLike, limits: ArrayLike = LIMITS) -> Array:
     Returns
     -------
     (..., L) array
+
+    Raises
+    ------
+    ValueError
+        For limits that are not a series of finite numbers, and for one overlap alone.
     """
+    if not are_finite(limits, None):
+        raise ValueError(
+            f"limits is {reprlib.repr(limits)}; give a list of finite numbers, such as "
+            "[0.5], or one number to `true_positives`"
+        )
     return np.stack([true_positives(iou, limit) for limit in np.asarray(limits)], -1)
 
 

@@ -164,6 +164,19 @@ def test_the_shares_of_several_limits_are_those_of_success():
         true_positives(np.ones(20), np.arange(0, 1, 0.05))
 
 
+@pytest.mark.parametrize("limits", [0.5, None, "half", [], [[0.5]], [np.nan], ["0.5"]])
+def test_limits_are_a_series_of_numbers(limits):
+    with pytest.raises(ValueError, match="^limits is .*; give a list of finite"):
+        success(np.ones(20), limits)
+
+
+@pytest.mark.parametrize("limit", [None, "half", np.nan, True])
+def test_a_limit_is_a_number(limit):
+    assert true_positives([0, 0.4, 0.6], np.array(0.5)) == pytest.approx(1 / 3)
+    with pytest.raises(ValueError, match="^limit is .*; give a number from 0 to 1"):
+        true_positives(np.ones(20), limit)
+
+
 def test_one_overlap_is_no_share_of_frames():
     with pytest.raises(ValueError, match="iou is 0.5; give the overlap of every frame"):
         true_positives(0.5)
