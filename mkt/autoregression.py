@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mkt.checks import in_a_tuple
+from mkt.checks import checked_region, in_a_tuple
 from mkt.particles import Particles
 from mkt.regions import HX, size
 from mkt.types import Array, ArrayLike, Regions, Rng
@@ -62,9 +62,15 @@ class AutoRegression:
                 raise ValueError(f"{field} is {value}; it must be a tuple of {need}")
 
     def scatter(self, region: ArrayLike, n: int, rng: Rng) -> Particles:
-        """Some particles at a region (5,), each with a change of its own."""
+        """Some particles at a region (5,) [px, rad], each with a change of its own.
+
+        Raises
+        ------
+        ValueError
+            Where it is not one region, is not finite or has no area.
+        """
         changes = np.take(self.spread, SAME) * rng.standard_normal((n, 4))
-        regions = np.tile(np.asarray(region, float), (n, 1))
+        regions = np.tile(checked_region(region), (n, 1))
         return self.predict(Particles(regions, changes), rng)
 
     def predict(self, particles: Particles, rng: Rng) -> Particles:

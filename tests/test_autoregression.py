@@ -116,6 +116,21 @@ def test_loosening_is_a_factor_on_the_noise_alone():
 
 
 @pytest.mark.parametrize(
+    "region, said",
+    [
+        ([0, 0, 0, -1, 1], "has no area"),
+        ([0, 0, 0, 1, np.nan], "is not finite"),
+        ([START], "one region .* is needed"),
+        ([1, 2, 3, 4], r"not \(4,\)"),
+    ],
+)
+def test_nothing_is_scattered_round_what_is_no_region(region, said):
+    model = AutoRegression((0.9,) * 3, (0.02,) * 3, (0.03,) * 3)
+    with pytest.raises(ValueError, match=said):
+        model.scatter(region, 3, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(
     "model", [Motion(), AutoRegression((0.9,) * 3, (0.02,) * 3, (0.03,) * 3)]
 )
 def test_scatter_is_centred_and_the_same_for_a_seed(model):
