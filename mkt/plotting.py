@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
 from matplotlib.patheffects import Normal, Stroke
 
-from mkt.checks import locked
+from mkt.checks import is_whole, locked
 from mkt.colors import Bins
 from mkt.kernels import Kernels
 from mkt.regions import corners
@@ -168,7 +168,23 @@ def draw_tracked(
 
 
 def plot_track(fig: Figure, track: Track, clip: Clip, frame: int) -> None:
-    """A frame of a track on its sequence, and below it the course of the distance."""
+    """A frame of a track on its sequence, and below it the course of the distance.
+
+    Parameters
+    ----------
+    fig : matplotlib.figure.Figure
+    track : Track
+    clip : Sequence
+        That the track was made on.
+    frame : int
+        Its number, from 0 on.
+
+    Raises
+    ------
+    ValueError
+        For a frame that the sequence does not have.
+    """
+    _check_frame("frame", frame, clip)
     upper, lower = fig.subplots(2, 1, height_ratios=(3, 1))
     title = f"{clip.name}, frame {frame}{', lost' if track.lost[frame] else ''}"
     image, truth = clip.frames[frame], clip.truth[frame]
@@ -180,6 +196,15 @@ def plot_track(fig: Figure, track: Track, clip: Clip, frame: int) -> None:
     lower.axvline(frame, color=TRUTH, lw=1)
     end = max(times[-1], 1)
     lower.set(xlim=(0, end), ylim=(0, 1), xlabel="frame", ylabel="distance")
+
+
+def _check_frame(field: str, k: Any, clip: Clip) -> None:
+    """Refuse the number of a frame that a sequence does not have."""
+    if not (is_whole(k, 0) and k < len(clip)):
+        raise ValueError(
+            f"{field} is {k!r}; {clip.name} has {len(clip)} frames, so give a whole "
+            f"number from 0 to {len(clip) - 1}"
+        )
 
 
 def shade_frames(ax: Axes, times: ArrayLike, where: NDArray, **style: Any) -> None:
@@ -224,9 +249,17 @@ def film_strip(
     fig : matplotlib.figure.Figure
     clip : Sequence
     frames : sequence of int
+        Their numbers, from 0 on.
     rows : dict
         Title -> (regions (T, 5) [px, rad], colour).
+
+    Raises
+    ------
+    ValueError
+        For a frame that the sequence does not have.
     """
+    for k in frames:
+        _check_frame("one of frames", k, clip)
     inch = 1 / fig.get_figheight()
     margins = {"left": 0.005, "right": 0.995, "bottom": 0.005, "top": 1 - 0.5 * inch}
     spaces = margins | {"hspace": 0.2, "wspace": 0.03}

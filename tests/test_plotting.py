@@ -179,6 +179,19 @@ def test_a_film_strip_shows_each_run_s_own_region_in_each_frame(tracked):
         assert_shows(ax, clip, regions, k)
 
 
+@pytest.mark.parametrize("k", [-1, 4, 999, 1.0, "1", None, True])
+def test_a_frame_that_is_not_there_is_refused_before_anything_is_drawn(tracked, k):
+    clip, track = tracked
+    fig = new_figure((6, 4))
+    said = "is .*; toy has 4 frames, so give a whole number from 0 to 3"
+    with pytest.raises(ValueError, match=f"^frame {said}"):
+        plot_track(fig, track, clip, k)
+    with pytest.raises(ValueError, match=f"^one of frames {said}"):
+        film_strip(fig, clip, [0, k], {"one": (track.regions, "red")})
+    assert not fig.axes
+    plot_track(fig, track, clip, np.int64(3))
+
+
 def test_a_histogram_of_a_kernel_that_saw_nothing_is_empty(ax):
     draw_histogram(ax, np.zeros(ColorBins().m), ColorBins())  # a warning is an error
     for q in (np.ones(50), np.ones((9, 110))):
