@@ -75,6 +75,21 @@ def _is_real(value: Any) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
+def is_truth(value: Any) -> bool:
+    """Whether this is True or False, Python's or numpy's."""
+    return isinstance(value, bool | np.bool_)
+
+
+def flags(specification: Any, *fields: str) -> None:
+    """Refuse a field that is neither True nor False: the text "no" would be a yes."""
+    for field in fields:
+        value = getattr(specification, field)
+        if not is_truth(value):
+            raise ValueError(
+                f"{field} is {reprlib.repr(value)}; it must be True or False"
+            )
+
+
 def is_number(value: Any, least: float) -> bool:
     """Whether this is a finite number from `least` on."""
     try:

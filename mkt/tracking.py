@@ -24,6 +24,7 @@ from mkt.checks import (
     checked_region,
     finite,
     in_words,
+    is_truth,
     of_frames,
     of_kind,
     positive,
@@ -231,8 +232,10 @@ def report(
     Raises
     ------
     ValueError
-        For an estimate that is not finite.
+        For an estimate that is not finite, and where `lost` is neither True nor False.
     """
+    if not is_truth(lost[()] if isinstance(lost, np.ndarray) else lost):
+        raise ValueError(f"lost is {reprlib.repr(lost)}; give True or False")
     return {
         "region": np.array(finite(region)),  # the caller's own, as all that follow
         "score": float(np.exp(-LAMBDA * distance**2)),
@@ -327,7 +330,7 @@ def checked_step(tracker: Tracker, said: Any) -> tuple[Any, Info]:
     if trouble := _wrong(said[1]["region"]):
         raise ValueError(f"{name}: its region {trouble}")
     lost = said[1]["lost"]
-    if not isinstance(lost, bool | np.bool_):
+    if not is_truth(lost):
         raise ValueError(f"{name}: its lost is {lost!r}; give True or False")
     for key in NUMBERS:
         value = said[1].get(key, 0)

@@ -48,6 +48,12 @@ def kinds(specification, field):
         ),
         (checks.shares, [0, 1, 0.5], [-0.1, 1.1, np.nan], "between 0 and 1"),
         (
+            checks.flags,
+            [True, False, np.bool_(True)],
+            ["no", None, 1, 0.0, [True], np.nan],
+            "it must be True or False",
+        ),
+        (
             checks.counts,
             [1, np.int64(5), 100_000],
             [0, -1, 1.0, "3", np.nan, 100_001, 10**400],

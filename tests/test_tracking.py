@@ -328,6 +328,14 @@ def test_a_step_may_give_no_region():
     assert np.isnan(found.regions[1:]).all() and found.lost[1:].all()
 
 
+@pytest.mark.parametrize("lost", ["no", "", None, 1, np.nan, [], np.array([True])])
+def test_a_target_is_lost_or_it_is_not(lost):
+    for said in (True, np.bool_(True), np.array(True)):
+        assert report(np.ones(5), 0.1, said, 1)["lost"] is True
+    with pytest.raises(ValueError, match="^lost is .*; give True or False"):
+        report(np.ones(5), 0.1, lost, 1)
+
+
 def test_a_report_has_a_region_of_its_own():
     region = np.array([50.0, 40, 0, 20, 10])
     info = report(region, 0.1, False, 1)
