@@ -86,6 +86,7 @@ class Kernels:
     def __post_init__(self):
         checks.one_of(self, layout=LAYOUTS, profile=PROFILES)
         checks.positive(self, "span")
+        checks.flags(self, "elliptic")
         checks.counts(self, "samples")
         if self.layout == "axes" and self.span != 1:
             raise ValueError(f"span is {self.span:g}; the kernels of axes take 1")

@@ -140,6 +140,9 @@ def test_samples_are_interleaved():
         ("aspect", np.nan),
         ("samples", -1),
         ("samples", 0.4),
+        ("elliptic", "no"),
+        ("elliptic", None),
+        ("elliptic", [True]),
     ],
 )
 def test_bad_fields_are_named(field, value):

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from mkt import checks
+from mkt.checks import are_finite
 from mkt.colors import HUES
 from mkt.scenes.paths import STILL, Path, check_points, joined
 from mkt.scenes.textures import NAMES, resized, texture
@@ -74,7 +75,8 @@ class Layer:
     def __post_init__(self):
         checks.one_of(self, texture=NAMES)
         checks.positive(self, "width")
-        checks.numbers(self, "hue", fits=np.isfinite, need="it must be finite")
+        checks.numbers(self, "hue", fits=are_finite, need="it must be finite")
+        checks.flags(self, "box")
         checks.counts(self, "shuffle")
         if self.view is not None:
             checks.of_kind(self.view, Layer, "view", "give a Layer, or None")

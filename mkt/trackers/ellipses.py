@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
+from mkt import checks
 from mkt.colors import BinImage
 from mkt.histograms import histograms, mixed_histograms
 from mkt.kernels import Kernels
@@ -34,10 +35,19 @@ class Disc:
         The elliptic radius in place of the printed one.
     samples : int
         Points on the square round the disc, of which pi / 4 lie in it.
+
+    Raises
+    ------
+    ValueError
+        Naming the field.
     """
 
     elliptic: bool = False
     samples: int = 1200
+
+    def __post_init__(self):
+        checks.flags(self, "elliptic")
+        checks.counts(self, "samples")
 
     @cached_property
     def kernels(self) -> Kernels:

@@ -70,6 +70,16 @@ def test_a_layer_without_width_or_tiles_is_refused():
         Layer("car", 0.0, MIDDLE)
 
 
+@pytest.mark.parametrize(
+    "field, value",
+    [("hue", 10**400), ("hue", -np.inf), ("box", "no"), ("box", None)],
+    ids=["hue-huge", "hue-infinite", "box-no", "box-None"],
+)
+def test_no_hue_and_neither_yes_nor_no_are_refused(field, value):
+    with pytest.raises(ValueError, match=f"^{field} is .*; it must be"):
+        Layer("car", 60.0, MIDDLE, **{field: value})
+
+
 def test_an_unknown_texture_and_another_look_that_is_no_layer_are_refused():
     with pytest.raises(ValueError, match="^texture is 'nope'; it must be one of car"):
         Layer("nope", 60.0, MIDDLE)

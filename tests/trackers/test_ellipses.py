@@ -106,6 +106,15 @@ def test_the_printed_radius_leaves_weight_on_the_border(halves, ends):
     assert elliptic == pytest.approx(np.array([[0, 0, 1]]))
 
 
+@pytest.mark.parametrize(
+    "field, value",
+    [("samples", "x"), ("samples", None), ("samples", 2.5), ("elliptic", "no")],
+)
+def test_a_disc_of_what_cannot_be_is_refused_when_it_is_made(field, value):
+    with pytest.raises(ValueError, match=rf"^{field} is .*; it must be"):
+        Disc(**{field: value})
+
+
 def test_outside_the_image_nothing_is_counted():
     image = ColorBins("rgb")(render(GROWING, 0))
     ellipses = np.array([[-200.0, 50, 0, 20, 20], [0.0, 120, 0, 20, 20]])
