@@ -7,6 +7,7 @@ edges in `mkt.edges`.  `Joined` bins give several images of a frame as one.
 Explained in notebook 01.
 """
 
+from collections.abc import Sequence as Series
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
@@ -76,6 +77,10 @@ class BinImage:
     pitch: int = 1
 
     def __post_init__(self):
+        of_kind(self.others, Series, "others", "give a tuple of arrays like labels")
+        of_kind(
+            self.compasses, Series, "compasses", "give a tuple of (first bin, bins)"
+        )
         checks.numbers(self, "m")
         for labels in self.layers:
             self._check(labels)
@@ -88,7 +93,9 @@ class BinImage:
                 f"give one number for each of the {self.m} bins"
             )
         if self.shares is not None and not (
-            np.min(self.shares) >= 0 and 0 < np.sum(self.shares) < np.inf
+            np.asarray(self.shares).dtype.kind in "iuf"
+            and np.min(self.shares) >= 0
+            and 0 < np.sum(self.shares) < np.inf
         ):
             raise ValueError(
                 "shares must be finite, not negative, and not all 0; give how much a "

@@ -125,8 +125,11 @@ class Servo:
             desired=(region, "a tuple, a region with an area"),
             gain=(_is_gain(self.gain), "a number from 0 on, or an AdaptiveGain()"),
             filter=(isinstance(self.filter, Kalman), "a Kalman filter"),
-            dof=(self.dof in list(law.AXES), "6 or 4"),
-            angle=(self.angle in list(PERIODS), "theta or alpha"),
+            dof=(law.has_axes(self.dof), "6 or 4"),
+            angle=(
+                isinstance(self.angle, str) and self.angle in PERIODS,
+                "theta or alpha",
+            ),
             camera=(isinstance(self.camera, Camera), "a Camera"),
             delay=(is_whole(self.delay, 0), "a whole number of frames, from 0 on"),
             patience=(is_whole(self.patience, 1), "a whole number, from 1 on"),

@@ -13,6 +13,7 @@ Explained in notebook 08.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -96,7 +97,7 @@ def twist(
         For another dof, for an L or a de_dt that does not fit, for anything that is not
         finite, and where L is singular.
     """
-    if dof not in list(AXES):
+    if not has_axes(dof):
         raise ValueError(f"dof is {dof!r}; it must be 6, or 4 for vx, vy, vz, wz")
     axes = list(AXES[dof])
     e, L, de_dt = (np.asarray(given, float) for given in (e, L, de_dt))
@@ -122,6 +123,11 @@ def twist(
             "free more axes, or choose other features"
         )
     return v
+
+
+def has_axes(dof: Any) -> bool:
+    """Whether these are degrees of freedom that the law knows, 6 or 4."""
+    return is_number(dof, 0) and dof in AXES
 
 
 def _check_fit(L: Array, e: Array, de_dt: Array, dof: int) -> None:

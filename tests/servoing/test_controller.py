@@ -50,6 +50,10 @@ def test_the_smallest_that_makes_sense_is_allowed(fields):
         ("desired", (1, 2, 0, 0, 3)),
         ("filter", None),
         ("dof", 5),
+        ("dof", np.array([6, 4])),
+        ("dof", "6"),
+        ("angle", np.array(["theta", "alpha"])),
+        ("angle", None),
     ],
 )
 def test_what_no_controller_can_do_is_refused_with_its_field(field, value):

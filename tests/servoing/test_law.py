@@ -52,6 +52,7 @@ FLAT = np.diag([1.0, 1, 1, 0]) @ np.eye(4, 6)
         ("gain is nan", lambda: twist(np.ones(4), L, lambda e: np.nan)),
         ("gain is inf", lambda: twist(np.ones(4), L, np.inf)),
         ("dof", lambda: twist(np.ones(4), np.eye(4, 6), 1.0, dof=5)),
+        (r"dof is array", lambda: twist(np.ones(4), L, 1.0, dof=np.array([6, 4]))),
         (r"dof is \[6\]", lambda: twist(np.ones(4), L, 1.0, dof=[6])),
         ("near > far", lambda: AdaptiveGain(0.5, 1.0)),
         (r"e has the shape \(4, 1\); give", lambda: twist(np.ones((4, 1)), L, 1.0)),
