@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from mkt import checks
-from mkt.regions import as_regions, size, wrap_angle
+from mkt.regions import HX, as_regions, size, wrap_angle
 from mkt.types import Array, ArrayLike, NDArray, Region, Regions, Rng
 
 NO_DISTRIBUTION = (
@@ -272,12 +272,13 @@ def mean_region(regions: ArrayLike, weights: ArrayLike) -> Region:
     Returns
     -------
     (5,) array [px, rad]
+        NaN where a region is.
 
     Raises
     ------
     ValueError
-        For regions of another shape, and for weights that are no distribution, such as
-        none at all.
+        For regions of another shape or without area, and for weights that are no
+        distribution, such as none at all.
     """
     regions = as_regions(regions)
     weights = _distribution(weights)
@@ -289,8 +290,21 @@ def mean_region(regions: ArrayLike, weights: ArrayLike) -> Region:
             "give (N, 5) and (N,), a weight for each region"
         )
     angle = np.angle(weights @ np.exp(1j * regions[:, 2]))
-    sides = np.exp(weights @ np.log(regions[:, 3:]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sides = np.exp(weights @ np.log(regions[:, HX:]))
+    if not (sides[0] > 0 and sides[1] > 0):  # to look at all regions takes longer
+        _check_areas(regions)
     return np.concatenate([weights @ regions[:, :2], [angle], sides])
+
+
+def _check_areas(regions: Regions) -> None:
+    """Refuse regions (N, 5) one of which has no area; it may be NaN."""
+    empty = np.flatnonzero((regions[:, HX:] <= 0).any(1))
+    if empty.size:
+        raise ValueError(
+            f"region {empty[0]} is {checks.in_words(regions[empty[0]])}, without area; "
+            "give half axes hx and hy above 0, or leave it out with its weight"
+        )
 
 
 def covariance(regions: Regions, weights: Array, mean: Region) -> Array:

@@ -145,6 +145,20 @@ def test_an_estimate_needs_weights_of_sum_one(total):
     assert effective_sample_size(np.full(50_000, 1 / 50_000, np.float32)) > 49_000
 
 
+@pytest.mark.parametrize("hx", [0.0, -3.0])
+@pytest.mark.parametrize("weight", [0.0, 0.5, 1.0])
+def test_particles_without_area_have_no_mean(hx, weight):
+    regions = [[1, 2, 0, 3, 4], [1, 2, 0, hx, 4]]
+    said = r"^region 1 is \(1, 2, 0, .*, 4\), without area; give half axes"
+    with pytest.raises(ValueError, match=said):
+        mean_region(regions, [1 - weight, weight])
+
+
+def test_the_mean_of_what_is_not_known_is_not_known():
+    regions = [[1, 2, 0, 3, 4], [np.nan] * 5]
+    assert np.isnan(mean_region(regions, [0.5, 0.5])).all()
+
+
 def test_no_weights_follow_from_no_logarithms():
     with pytest.raises(ValueError, match="log_weights is empty; give one for each"):
         normalised([])
