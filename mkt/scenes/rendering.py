@@ -100,6 +100,10 @@ class Scene:
         checks.positive(self, "zoom", "focal")
         checks.grey_levels(self, "noise")
         check_points(self, camera=5, light=4)
+        if min(gain for point in self.light for gain in point[1:]) < 0:
+            raise ValueError(
+                f"light is {reprlib.repr(self.light)}; gains must be at least 0"
+            )
         checks.check_seed(self.seed)
         checks.image_size(self.size)
 

@@ -190,6 +190,8 @@ def test_a_target_that_shrinks_to_nothing_between_two_points_is_refused():
         ("size", (0, 240)),
         ("size", (60.0, 40.0)),
         ("size", 60),
+        ("light", ((0.0, 1.0, -0.1, 1.0),)),
+        ("light", ((0.0, 1.0, 1.0, 1.0), (9.0, 1.0, 1.0, -1.0))),
     ],
 )
 def test_impossible_cameras_are_refused(field, value):
