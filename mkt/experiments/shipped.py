@@ -163,12 +163,16 @@ def write_claims(measured: Iterable[Measured], table: Path = CLAIMED) -> None:
     Raises
     ------
     ValueError
-        For other seeds than those of the claims that are kept, for seeds that do not
-        follow one another, and as `check_kept` does.
+        For no claim at all, for other seeds than those of the claims that are kept, for
+        seeds that do not follow one another, and as `check_kept` does.
     OSError
         Where it cannot be written.
     """
     fresh = {one.claim.name: one for one in measured}
+    if not fresh:
+        raise ValueError(
+            "measured is empty; give what was measured of one claim or more"
+        )
     check_kept(fresh, table)
     seeds = next(iter(fresh.values())).seeds
     known = {one.claim.name: one for one in _kept(fresh, table)} | fresh
@@ -404,7 +408,7 @@ def seeds_of(made: Made) -> range:
 def _write(
     table: Path, rows: pd.DataFrame, seeds: Sequence[int], more: dict[str, Any]
 ) -> None:
-    if list(seeds) != list(range(seeds[0], seeds[-1] + 1)):
+    if not len(seeds) or list(seeds) != list(range(seeds[0], seeds[-1] + 1)):
         raise ValueError(f"the seeds {list(seeds)} do not follow one another")
     with whole(table) as half:
         rows.to_csv(half, index=False, float_format=DIGITS, lineterminator="\n")

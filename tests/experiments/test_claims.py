@@ -347,6 +347,16 @@ def test_one_claim_that_is_measured_anew_leaves_the_others_as_they_are(tmp_path)
         shipped.write_claims([torn], tmp_path / "torn.csv")
 
 
+def test_of_no_claims_and_of_no_seeds_nothing_is_kept(tmp_path):
+    table = tmp_path / "claims.csv"
+    with pytest.raises(ValueError, match="^measured is empty; give what was measured"):
+        shipped.write_claims([], table)
+    nowhere = Measured(CLAIMS["T09-a"], [], (Part("x", np.ones(0), 0.5),))
+    with pytest.raises(ValueError, match=r"the seeds \[\] do not follow"):
+        shipped.write_claims([nowhere], table)
+    assert not [*tmp_path.iterdir()]
+
+
 def test_a_part_of_the_claims_is_not_renewed_beside_numbers_of_older_code(
     tmp_path, monkeypatch
 ):
