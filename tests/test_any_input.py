@@ -28,6 +28,7 @@ from mkt.trackers.opencv import CamShift, MeanShift
 from mkt.trackers.particle_filter import ParticleFilter
 from mkt.trackers.ssd import SSD
 from mkt.trackers.template_matching import TemplateMatching
+from mkt.trackers.two_cameras import TwoCameras
 
 COLORS = {"black": 0, "grey": 128, "white": 255, "red": (255, 0, 0)}
 LAYOUTS_IN_MEMORY = {
@@ -406,6 +407,11 @@ def test_bins_at_the_limits_are_numbered_within_them(space, counts):
         (lambda: BinImage(np.zeros((2, 2), np.uint8), "all"), "m"),
         (lambda: Joined(("hsv", "rgb"), (1, 1)), "bins"),
         (lambda: Joined((ColorBins(),), 1), "parts"),
+        (lambda: SSD(derivative_of_c="no"), "derivative_of_c"),
+        (lambda: Combined(as_printed=None), "as_printed"),
+        (lambda: TwoCameras((np.eye(3), np.eye(3)), talking="no"), "talking"),
+        (lambda: TwoCameras((np.eye(3), np.eye(3)), "pf-500"), "filter"),
+        (lambda: TwoCameras(np.eye(3)), "homographies"),
         (lambda: Guided(n=-3), "n"),
         (lambda: Guided(steps=0), "steps"),
         (lambda: Guided(starts=-1), "starts"),

@@ -57,6 +57,7 @@ class Combined:
         checks.of_kind(self.filter, ParticleFilter, "filter", "give a ParticleFilter()")
         checks.of_kind(self.ssd, SSD, "ssd", "give an SSD()")
         checks.numbers(self, "threshold")
+        checks.flags(self, "as_printed")
 
     def init(self, frame: Frame, region: Region, rng: Rng) -> CombinedState:
         """Both learn the same region."""

@@ -76,6 +76,7 @@ class SSD:
         of_bins(self.bins)
         checks.counts(self, "iterations")
         checks.numbers(self, "lost_above")
+        checks.flags(self, "derivative_of_c")
         of_kernels(self.kernels, "kernels")
         self.kernels.check_slopes()
         given = checks.in_a_tuple(self.spans, None)

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from mkt import checks
 from mkt.colors import binned
 from mkt.histograms import log_likelihood
 from mkt.particles import Particles, mean_region, normalised
@@ -87,7 +88,7 @@ class TwoCameras:
     Raises
     ------
     ValueError
-        For a filter with other weights.
+        Naming the field, such as a filter with other weights.
     """
 
     homographies: tuple[Array, Array]
@@ -95,6 +96,10 @@ class TwoCameras:
     talking: bool = True
 
     def __post_init__(self):
+        checks.of_kind(self.filter, ParticleFilter, "filter", "give a ParticleFilter()")
+        checks.flags(self, "talking")
+        given = checks.are_finite(self.homographies, 2, 3, 3)
+        checks.require(self, homographies=(given, "two maps of 3 x 3 finite numbers"))
         if type(self.filter).weigh is not ParticleFilter.weigh:
             raise ValueError(
                 f"filter is a {type(self.filter).__name__}, which weighs in its own "
