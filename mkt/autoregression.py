@@ -88,6 +88,10 @@ class AutoRegression:
 def changes(regions: Regions) -> Array:
     """What changes from frame to frame in a track (T, 5), in the model's units.
 
+    Parameters
+    ----------
+    regions : (T, 5) array [px, rad]
+
     Returns
     -------
     (T - 1, 4) array

@@ -135,6 +135,16 @@ def as_region(homographies: Array, aspect: float) -> Array:
     """Regions (..., 5) that fit homographies (..., 3, 3) at the object's middle.
 
     The aspect is the object's hx / hy.
+
+    Parameters
+    ----------
+    homographies : (..., 3, 3) array
+        From the canonical square to the image [px].
+    aspect : float
+
+    Returns
+    -------
+    (..., 5) array [px, rad]
     """
     size = np.sqrt(np.abs(np.linalg.det(slope_at_middle(homographies))))
     x, y = np.moveaxis(homographies[..., :2, 2] / homographies[..., 2:, 2], -1, 0)
@@ -146,6 +156,15 @@ def through(homographies: Array, points: ArrayLike) -> Array:
     """Points (n, 2) through homographies (..., 3, 3): (..., n, 2).
 
     A point at the horizon, or beyond, goes very far away.
+
+    Parameters
+    ----------
+    homographies : (..., 3, 3) array
+    points : (n, 2) array_like, canonical
+
+    Returns
+    -------
+    (..., n, 2) array [px]
     """
     h = np.asarray(homographies)
     u = np.asarray(points, float) @ np.swapaxes(h[..., :2], -1, -2)

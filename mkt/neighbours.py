@@ -220,6 +220,13 @@ def earth_mover(q: ArrayLike, reference: ArrayLike, bins: ColorBins) -> Array:
     c is the smaller colourful share: what is grey in one and coloured in the other has
     nowhere to be carried.  Saturation and value are not looked at.  1 where q is all
     zero, because nothing was seen.
+
+    Parameters
+    ----------
+    q, reference : (..., m) array_like
+        Of sum 1, or all zero; broadcast against each other.
+    bins : ColorBins
+        Those that made them.
     """
     hues, saturations, _ = hsv_counts(bins)
     q, reference = _of_these(q, bins), _of_these(reference, bins)

@@ -410,6 +410,10 @@ def residual(weights: ArrayLike, rng: Rng) -> NDArray:
 def whole_and_rest(weights: ArrayLike) -> tuple[NDArray, Array]:
     """What `residual` copies for certain, and what it draws from.
 
+    Parameters
+    ----------
+    weights : (N,) array_like
+
     Returns
     -------
     certain : (N,) int array

@@ -146,7 +146,13 @@ def draw_box(ax: Axes, region: ArrayLike, color: str = CURRENT, **style: Any) ->
 
 
 def draw_truth(ax: Axes, truth: ArrayLike) -> None:
-    """Outline the true region (5,) in black and white, to be seen on any ground."""
+    """Outline the true region (5,) in black and white, to be seen on any ground.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    truth : (5,) array_like [px, rad]
+    """
     draw_box(ax, truth, TRUTH, lw=2.2)
     draw_box(ax, truth, "white", lw=1.1, ls=(0, (3, 3)))
 
@@ -159,7 +165,17 @@ def draw_tracked(
     color: str,
     title: str = "",
 ) -> None:
-    """A frame with the true region (5,), and an estimate (5,) in its colour."""
+    """A frame with the true region (5,), and an estimate (5,) in its colour.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+    frame : (H, W, 3) uint8 array, RGB
+    truth, estimate : (5,) array_like [px, rad]
+    color : str
+        Of the estimate.
+    title : str
+    """
     show_frame(ax, frame, title)
     draw_truth(ax, truth)
     # A white rim, because a colour may be that of the ground or of the target.

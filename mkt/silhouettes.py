@@ -107,6 +107,13 @@ def patch(frame: Frame, region: ArrayLike, around: float = AROUND) -> Frame:
     The region is its SIDE x SIDE pixels in the middle.  Beyond the image the pixels of
     its border are repeated.  ValueError for an array that is not a frame, for a region
     without area or outside the image, and for an `around` below 1.
+
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8 array, RGB
+    region : (5,) array_like [px, rad]
+    around : float
+        Side of the square, in that of the region.
     """
     if not is_number(around, 1):
         raise ValueError(f"around is {around}; it must be finite, and at least 1")

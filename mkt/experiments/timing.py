@@ -114,7 +114,13 @@ def milliseconds(work: Callable[[], Any], repeats: int = 5) -> float:
 
 
 def exponent(sizes: ArrayLike, costs: ArrayLike) -> float:
-    """The power of the sizes with which costs (n,) grow, fitted to the logarithms."""
+    """The power of the sizes with which costs (n,) grow, fitted to the logarithms.
+
+    Parameters
+    ----------
+    sizes, costs : (n,) array_like
+        Above 0.
+    """
     return float(np.polyfit(np.log(sizes), np.log(costs), 1)[0])
 
 

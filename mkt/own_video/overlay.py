@@ -22,6 +22,17 @@ def annotated(frame: Frame, info: Info, label: str) -> Frame:
 
     Green is where the tracker says the target is, dashed red where it says that it lost
     it.
+
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8 array, RGB
+    info : dict
+        Of a step, see `mkt.tracking.Tracker`; its region and whether it is lost count.
+    label : str
+
+    Returns
+    -------
+    (H, W, 3) uint8 array, RGB
     """
     image = frame.copy()
     lost = info["lost"]
@@ -76,6 +87,10 @@ def pixel_grid(frame: Frame) -> Figure:
     """A frame under a labelled grid, in the coordinates of a box.
 
     The image's own corner is 0,0.
+
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8 array, RGB
     """
     height, width = frame.shape[:2]
     fits = (step for step in STEPS if max(width, height) <= LINES * step)

@@ -222,6 +222,12 @@ class Recorder:
     def add(self, frame: Frame, info: Info) -> Frame:
         """Write the next frame with its info.
 
+        Parameters
+        ----------
+        frame : (H, W, 3) uint8 array, RGB
+        info : dict
+            Of a step, see `mkt.tracking.Tracker`.
+
         Returns
         -------
         (H, W, 3) uint8 array, RGB

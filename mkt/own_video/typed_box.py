@@ -39,7 +39,12 @@ def with_angle(box: Iterable[Any]) -> tuple[float, ...]:
 
 
 def in_words(box: Sequence[float]) -> str:
-    """A box as it is typed: "120,80,60,40,30"."""
+    """A box as it is typed: "120,80,60,40,30".
+
+    Parameters
+    ----------
+    box : five numbers x, y, w, h, angle [px, deg]
+    """
     return ",".join(f"{number:g}" for number in box)
 
 

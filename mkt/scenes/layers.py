@@ -89,6 +89,11 @@ def looks(layer: Layer, times: Array) -> Iterator[NDArray]:
     """What a layer shows at each of the times, (h, w, 4) float32.
 
     That is its texture alone, or together with its other look.
+
+    Parameters
+    ----------
+    layer : Layer
+    times : (n,) array [frames]
     """
     front = _prepared(replace(layer, path=STILL, view=None))
     if layer.view is None:

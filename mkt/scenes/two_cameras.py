@@ -92,7 +92,15 @@ def homographies() -> tuple[Array, Array]:
 
 
 def seen(H: Array, region: Region) -> Region:
-    """The region (5,) in an image of one on the ground: its centre and its x axis."""
+    """The region (5,) in an image of one on the ground: its centre and its x axis.
+
+    Parameters
+    ----------
+    H : (3, 3) array
+        From the ground to the image [px].
+    region : (5,) array [px, rad]
+        On the ground.
+    """
     x, y, theta, hx, hy = region
     along = np.array([np.cos(theta), np.sin(theta)])
     across = np.array([-along[1], along[0]])

@@ -46,6 +46,13 @@ def equivalent_rho(pi_t: float, sigma: float) -> dict[str, float]:
     Section 5 of [N03] prints pi_T = .9 and no sigma, so there are several readings of
     (10) and (11).
 
+    Parameters
+    ----------
+    pi_t : float
+        pi_T.
+    sigma : float
+        Of the likelihood (10).
+
     Returns
     -------
     dict of float, NaN for never
@@ -169,6 +176,11 @@ class Adaptive:
     def learn(self, frame: Frame, region: Region) -> Model:
         """The model of what is inside the upright ellipse of a region (5,).
 
+        Parameters
+        ----------
+        frame : (H, W, 3) uint8 array, RGB
+        region : (5,) array [px, rad]
+
         Raises
         ------
         ValueError
@@ -285,20 +297,49 @@ class Adaptive:
         return state.particles[multinomial(state.weights, rng)]
 
     def propagate(self, particles: Array, model: Model, rng: Rng) -> Array:
-        """Step 2: A s + w, (N, 7)."""
+        """Step 2: A s + w, (N, 7).
+
+        Parameters
+        ----------
+        particles : (N, 7) array
+            See `mkt.particles.EllipseMotion`.
+        model : Model
+            Its half axes count.
+        rng : numpy.random.Generator
+        """
         return self.motion.predict(particles, model.half_axes, rng)
 
     def observe(self, image: BinImage, particles: Array, model: Model) -> Array:
-        """Step 3 a and b: the coefficients (N,) of particles with the model, (6)."""
+        """Step 3 a and b: the coefficients (N,) of particles with the model, (6).
+
+        Parameters
+        ----------
+        image : BinImage
+        particles : (N, 7) array
+        model : Model
+        """
         p = self.disc.histograms(image, as_regions(particles))
         return coefficient(p, model.q)
 
     def weigh(self, rho: Array) -> Array:
-        """Step 3 c: the weights of (10), of sum 1: (N,)."""
+        """Step 3 c: the weights of (10), of sum 1: (N,).
+
+        Parameters
+        ----------
+        rho : (N,) array
+            The coefficients of `observe`.
+        """
         return normalised((rho - 1) / (2 * self.sigma**2))
 
     def estimate(self, particles: Array, weights: Array) -> Region:
-        """Step 4: the mean state, (1), as a region (5,)."""
+        """Step 4: the mean state, (1), as a region (5,).
+
+        Parameters
+        ----------
+        particles : (N, 7) array
+        weights : (N,) array
+            Of sum 1.
+        """
         return as_regions(weights @ particles)
 
     def updated(

@@ -46,7 +46,16 @@ class Light(NamedTuple):
 
 
 def first_light(target: Target, bins: Bins, frame: Frame, region: Region) -> Light:
-    """The light under which a target was learnt in a region (5,): all gains 1."""
+    """The light under which a target was learnt in a region (5,): all gains 1.
+
+    Parameters
+    ----------
+    target : Target
+    bins : Bins
+        Those that it was learnt with.
+    frame : (H, W, 3) uint8 array, RGB
+    region : (5,) array [px, rad]
+    """
     colors = _means(target, _pixels(target, frame, region))
     return Light(target, bins, colors, np.ones(3))
 
@@ -55,6 +64,12 @@ def relit(frame: Frame, gains: Array) -> Frame:
     """A frame, or any pixels (H, W, 3) uint8, as they would be under gains of 1.
 
     Fractions of a grey level are cut off, so that it is a little too dark.
+
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8 array, RGB
+    gains : (3,) array
+        Of red, green and blue, above 0.
 
     Raises
     ------
@@ -71,6 +86,14 @@ def followed(light: Light, frame: Frame, region: Region, rate: float = 0.3) -> L
     Its gains come nearer to what the colours say by the share `rate`.  They may also
     stay or go back towards 1: the gains are taken under which the object looks most
     like its reference.
+
+    Parameters
+    ----------
+    light : Light
+    frame : (H, W, 3) uint8 array, RGB
+    region : (5,) array [px, rad]
+    rate : float
+        In [0, 1].
     """
     pixels = _pixels(light.target, frame, region)
     ratios = _means(light.target, pixels) / light.colors

@@ -166,6 +166,14 @@ def jacobian(target: Target, image: BinImage, homography: Array, group: str) -> 
 
     So it is the derivative of the root of the mean of their d^2, and layouts of many
     kernels and of few can be compared.
+
+    Parameters
+    ----------
+    target : Target
+    image : BinImage
+    homography : (3, 3) array
+    group : str
+        A name in `GROUPS`.
     """
     by = columns(target.kernels, group)
     q, dq = differentiate(target, image, homography, columns=by)
@@ -179,6 +187,11 @@ def felt(target: Target, image: BinImage, homography: Array, group: str) -> Arra
     It is the length of what is left of a column of `jacobian` after a projection away
     from the others: 0 for a motion that looks like a mixture of other ones, or like
     nothing at all.  Raises as `columns` does.
+
+    Parameters
+    ----------
+    target, image, homography, group
+        As for `jacobian`.
     """
     _, triangle = np.linalg.qr(jacobian(target, image, homography, group))
     left = [_last_diagonal(triangle, i) for i in range(triangle.shape[1])]

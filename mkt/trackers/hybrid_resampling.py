@@ -282,6 +282,16 @@ class HybridResampling:
         The wide search does not descend from the old particles, so there is nothing to
         keep in it.
 
+        Parameters
+        ----------
+        state : HybridState
+        image : BinImage
+        predicted : (N, 5) array [px, rad]
+            The new places of the particles.
+        likelihoods : (N,) array
+            Of the new places.
+        rng : numpy.random.Generator
+
         Returns
         -------
         regions : (N, 5) array [px, rad]
