@@ -186,7 +186,7 @@ def test_every_claim_says_what_it_claims(name):
 def test_the_page_and_the_paper_count_the_claims_that_were_put_when_runs_were_known():
     late = {name for name, one in CLAIMS.items() if "The claim was put" in one.remark}
     page = (PACKAGE / "course/book/templates/claims.md.j2").read_text("utf-8")
-    named = re.search(r"and say so: (.*?), and\s+lines", page, re.S)
+    named = re.search(r"texts say: six claims, (.*?), and\s+lines", page, re.S)
     assert named and set(re.findall(r"[TNC]\d\d-\w", named[1])) == late
     for text in (page, (ROOT / "paper.md").read_text("utf-8"), claims.__doc__):
         assert len(late) == 6 and "six claims" in text.lower()
