@@ -599,7 +599,7 @@ def test_who_wants_no_motion_sees_the_film_stand_still(nothing_known, monkeypatc
     made = pictures.film()
     with Image.open(io.BytesIO(made[pictures.STILL])) as still:
         assert still.n_frames == 1 and still.width > 64
-    page = pages.first(contents.read(), [])
+    page = pages.first(contents.read(), [], [])
     assert f'reduce)" srcset="{pages.FILES}/{pictures.STILL}"' in page
 
 
@@ -665,6 +665,8 @@ def test_the_page_says_which_verdicts_are_others_on_new_scenes():
         assert f"{name} (*{new}*, above *{old}*)" in page
     assert f"{names[0]} (*" not in page
     assert "is another for" not in pages.claims(BOOK, first, first, made)
+    index = pages.first(BOOK, first, results(right, wrong, wrong, right))
+    assert "On new scenes 1 of the 3 are supported again." in index
 
 
 def test_a_claim_that_says_it_came_late_is_named_below_the_claims():
@@ -701,7 +703,7 @@ def test_names_of_folders_and_titles_are_shown_as_they_are():
     assert unescape(page).count(ugly) == 3  # the data, a column, a refusal
     assert "<b>" not in page and "<em>a</em>" not in page
     titled = replace(BOOK.chapters[0], title=ugly)
-    first = pages.first(replace(BOOK, chapters=(titled, *BOOK.chapters[1:])), [])
+    first = pages.first(replace(BOOK, chapters=(titled, *BOOK.chapters[1:])), [], [])
     assert ugly in unescape(first) and "<b>" not in first
 
 

@@ -146,12 +146,13 @@ def configuration(book: Book) -> str:
     return "".join(f"{name} = {value!r}\n" for name, value in settings.items())
 
 
-def first(book: Book, verdicts: list[str]) -> str:
+def first(book: Book, results: list[Result], again: list[Result]) -> str:
     """index.md: what the book is, how the claims came out, its chapters."""
     return _filled(
         "index.md",
         book=book,
-        counts=[(verdict, verdicts.count(verdict)) for verdict in BADGES],
+        counts=_counts(results),
+        stood=_stood(results, again),
         files=FILES,
         film=f"{FILES}/{pictures.FILM}",
         still=f"{FILES}/{pictures.STILL}",
@@ -207,7 +208,6 @@ def claims(
 
     And the same ``again`` on other scenes, in the same order.
     """
-    verdicts = [result.verdict for result in results]
     twice = list(zip(results, again, strict=True))
     scenes = [drawn("", seed) for seed in results[0].seeds]
     modules = dict.fromkeys(result.claim.function.__module__ for result in results)
@@ -216,9 +216,9 @@ def claims(
         results=results,
         twice=[(one, new, _paired(one, new)) for one, new in twice],
         again_seeds=again[0].seeds,
-        stood=sum(one.verdict == new.verdict == SUPPORTED for one, new in twice),
+        stood=_stood(results, again),
         moved=[(one, new) for one, new in twice if one.verdict != new.verdict],
-        counts={verdict: verdicts.count(verdict) for verdict in BADGES},
+        counts=_counts(results),
         badges=BADGES,
         pairs=len({(scene.item, scene.ground) for scene in scenes}),
         items=len({scene.item for scene in scenes}),
@@ -229,6 +229,18 @@ def claims(
         modules=list(modules),
         printed={one.claim.name: printed(one.claim, book) for one in results},
     )
+
+
+def _counts(results: list[Result]) -> dict[str, int]:
+    """How many claims have each verdict."""
+    verdicts = [result.verdict for result in results]
+    return {verdict: verdicts.count(verdict) for verdict in BADGES}
+
+
+def _stood(results: list[Result], again: list[Result]) -> int:
+    """How many of the supported claims are supported on other scenes, too."""
+    pairs = zip(results, again, strict=True)
+    return sum(one.verdict == new.verdict == SUPPORTED for one, new in pairs)
 
 
 def _paired(result: Result, again: Result) -> list[tuple[Line, Line]]:

@@ -91,7 +91,7 @@ def _pages(book: Book, notebooks: Mapping[str, NotebookNode]) -> dict[str, str]:
     boards = leaderboard.shipped()
     return {
         "conf.py": pages.configuration(book),
-        "index.md": pages.first(book, [result.verdict for result in results]),
+        "index.md": pages.first(book, results, again),
         "gallery.md": pages.gallery(book, positions.of_first_sliders(notebooks)),
         "claims.md": pages.claims(book, results, again, made),
         "leaderboard.md": pages.leaderboard(boards),
