@@ -635,10 +635,10 @@ def test_lab_6_says_how_large_its_cloud_is_and_when_the_judge_says_hidden():
     taus = ends - last_seen
     units = np.sqrt(run.regions[last_seen, 3] * run.regions[last_seen, 4])
     widths = 2 * (0.4 + 0.1 * taus) * units
-    words = f"all {widths.min():.0f} to {widths.max():.0f} pixels wide"
+    words = f"is {widths.min():.0f} to {widths.max():.0f} pixels wide"
     assert words in cell_of(lab, "pillars-predict")
     clouds = [np.ptp(run.info["particles"][end][:, 0]) for end in ends]
-    words = f"{min(clouds):.0f} to {max(clouds):.0f} from left to right"
+    words = f"{min(clouds):.0f} to {max(clouds):.0f} pixels from left to right"
     assert words in cell_of(lab, "pillars-predict")
     assert abs(taus.mean() - 25) < 1
     begins = np.flatnonzero(lost[1:] & ~lost[:-1]) + 1  # each at the rim of a pillar
