@@ -1,7 +1,7 @@
 """Multiple kernel tracking: colour-histogram trackers of three papers.
 
-What can be read in an afternoon is *the method*, seven files, and after it the three
-trackers of [T09], on which all others are variations:
+What to read first, two or three days in all, is *the method*, seven files, and after it
+the three trackers of [T09], on which all others are variations:
 
 1. `mkt.regions`, the one currency: oriented rectangles in an image;
 2. `mkt.colors`, from a frame to an image of bins;

@@ -1,7 +1,7 @@
 """Synthetic sequences with exact truth, rendered from named specifications.
 
-`SCENES` has them all by name: functions ``seed, item, ground -> Scene`` that register
-themselves where they are written.
+`SCENES` has those of commands and tables by name: functions ``seed, item, ground ->
+Scene`` that register themselves where they are written.
 """
 
 from mkt.registry import Registry

@@ -1,4 +1,5 @@
-"""One tracker a file: frozen dataclasses with ``init`` and ``step``.
+"""One tracker a file: frozen dataclasses with ``init`` and ``step``; and their parts.
 
-The protocol is `mkt.tracking.Tracker`; `mkt.trackers.by_name` has them by name.
+The protocol is `mkt.tracking.Tracker`; `mkt.trackers.by_name` has those of commands and
+tables by name.
 """
