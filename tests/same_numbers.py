@@ -3,8 +3,9 @@
     python tests/same_numbers.py record before.npz     # before it
     python tests/same_numbers.py compare before.npz    # after it
 
-Draws every figure at its defaults and lets every tracker run over `base(0)`, `blur(1)`
-and the clip, with nothing known beforehand, and names what differs by more than 1e-9.
+Draws every figure at its defaults, takes its table and its facts, and lets every
+tracker run over `base(0)`, `blur(1)` and the clip, with nothing known beforehand; names
+what differs by more than 1e-9.
 """
 
 import argparse
@@ -13,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from tqdm import tqdm
 
 from mkt.figures.registry import FIGURES
@@ -22,20 +24,42 @@ from mkt.trackers.by_name import TRACKERS
 from mkt.tracking import track
 
 TIMED = ("ms", "CPU", "time")  # words in the names of what differs from run to run
+# Figures of times, whose facts are fitted to them.
+OF_TIMES = ("cordoba2014.complexity", "nummiaro2003.fig5")
 SOURCES = {"base": SCENES["base"](0), "blur": SCENES["blur"](1), "clip": Carphone()}
+
+
+def numbers_of(fact):
+    """Every number of a fact, however deep, as a flat list; words have none."""
+    if isinstance(fact, pd.DataFrame):
+        fact = fact.select_dtypes("number")
+    if isinstance(fact, dict):
+        fact = list(fact.values())
+    if isinstance(fact, list | tuple):
+        return [number for part in fact for number in numbers_of(part)]
+    if isinstance(fact, str):
+        return []
+    return np.ravel(np.asarray(fact, float)).tolist()
 
 
 def numbers():
     """All of them, {name: flat array}."""
     for name in tqdm(FIGURES, "figures"):
         _, shown = FIGURES[name].draw()
-        for column in shown.table.select_dtypes("number"):
-            if not any(word in column for word in TIMED):
-                yield f"{name} {column}", shown.table[column].to_numpy(float)
+        facts = {} if name in OF_TIMES else shown.facts
+        parts = dict(shown.table.select_dtypes("number")) | facts
+        for key, part in parts.items():
+            if not any(word in key for word in TIMED):
+                yield f"{name} {key}", np.array(numbers_of(part))
     for label, source in SOURCES.items():
         clip = source.sequence()
         for name, tracker in tqdm(TRACKERS.items(), label):
-            yield f"{name} on {label}", track(tracker, clip, 0).regions.ravel()
+            run = track(tracker, clip, 0)
+            for part in ("regions", "score", "lost"):
+                yield (
+                    f"{name} on {label}: {part}",
+                    np.ravel(np.asarray(getattr(run, part), float)),
+                )
 
 
 def compare(before, after):

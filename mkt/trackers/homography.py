@@ -169,11 +169,8 @@ def jacobian(target: Target, image: BinImage, homography: Array, group: str) -> 
 
     Parameters
     ----------
-    target : Target
-    image : BinImage
-    homography : (3, 3) array
-    group : str
-        A name in `GROUPS`.
+    target, image, homography, group
+        As for `step_from`.
     """
     by = columns(target.kernels, group)
     q, dq = differentiate(target, image, homography, columns=by)
@@ -191,7 +188,7 @@ def felt(target: Target, image: BinImage, homography: Array, group: str) -> Arra
     Parameters
     ----------
     target, image, homography, group
-        As for `jacobian`.
+        As for `step_from`.
     """
     _, triangle = np.linalg.qr(jacobian(target, image, homography, group))
     left = [_last_diagonal(triangle, i) for i in range(triangle.shape[1])]

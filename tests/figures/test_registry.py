@@ -67,6 +67,14 @@ def test_numbers_between_and_beyond_those_of_a_slider_are_taken(values):
     assert TOY.draw(**values)[1]["n"] == [values.get("n", 5)]
 
 
+def test_a_slider_goes_from_its_first_number_to_its_last_by_its_step():
+    sliders = {"n": (2, 9, 3), "share": (0.4, 0.7, 0.1), "turn": (-40, 40, 40)}
+    entry = Entry("toy.positions", drawn, (1, 1), sliders)
+    assert entry.values("n") == [2, 5, 8]
+    assert entry.values("share") == [0.4, 0.5, 0.6, 0.7]
+    assert entry.values("turn") == [-40, 0, 20, 40]  # the default is among them
+
+
 @pytest.mark.parametrize("name", FIGURES)
 def test_no_figure_refuses_its_defaults_and_what_its_sliders_show(name):
     entry = FIGURES[name]

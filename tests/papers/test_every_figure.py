@@ -8,7 +8,6 @@ import subprocess
 import sys
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from mkt.figures.registry import FIGURES, figure
@@ -19,6 +18,7 @@ from mkt.registry import UnknownName
 from mkt.scenes.textures import OBJECTS
 from tests.lot import DAY
 from tests.papers.drawing import numbers
+from tests.same_numbers import numbers_of
 
 pytestmark = pytest.mark.slow
 
@@ -41,19 +41,6 @@ def position(name):
     entry, end = FIGURES[name], (DAY + NAMES.index(name)) % 4
     ends = {slider: entry.values(slider)[-(end % 2)] for slider in entry.sliders}
     return ends if end < 2 else {}
-
-
-def numbers_of(fact):
-    """Every number of a fact, however deep, as a flat list; words have none."""
-    if isinstance(fact, pd.DataFrame):
-        fact = fact.select_dtypes("number")
-    if isinstance(fact, dict):
-        fact = list(fact.values())
-    if isinstance(fact, list | tuple):
-        return [number for part in fact for number in numbers_of(part)]
-    if isinstance(fact, str):
-        return []
-    return np.ravel(np.asarray(fact, float)).tolist()
 
 
 def cut(ax):
